@@ -1,0 +1,1 @@
+"""Reading rosbag2 and ROS 1 recordings into signals."""

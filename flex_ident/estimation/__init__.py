@@ -1,0 +1,1 @@
+"""Maximum likelihood by simulation, and how far to trust it."""

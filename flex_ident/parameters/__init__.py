@@ -1,0 +1,20 @@
+"""Stage 4: identified numbers, each with its uncertainty and its verdict."""
+
+from flex_ident.parameters.identification import (
+    CutoffSweep,
+    FilterSettings,
+    FitQuality,
+    FrequencyResponse,
+    Identification,
+    Sensors,
+    TorqueCurves,
+    Verdict,
+)
+from flex_ident.parameters.joint_model import JointModel, read_joint_model
+from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, PRISMATIC_UNITS, RIGID_KEYS, UNITS, Parameter
+
+__all__ = [
+    "FLEXIBLE_KEYS", "NON_NEGATIVE", "PRISMATIC_UNITS", "RIGID_KEYS", "UNITS", "CutoffSweep", "FilterSettings",
+    "FitQuality", "FrequencyResponse", "Identification", "JointModel", "Parameter", "Sensors", "TorqueCurves",
+    "Verdict", "read_joint_model",
+]  # fmt: skip

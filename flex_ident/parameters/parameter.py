@@ -1,0 +1,49 @@
+"""A parameter never travels without its uncertainty, its unit and whether the data determine it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+UNITS: dict[str, str] = {
+    "Jm": "kg m^2", "K": "N m/rad", "JL": "kg m^2", "FVm": "N m s/rad", "FSm": "N m",
+    "FV": "N m s/rad", "FS": "N m", "MX": "kg m", "MY": "kg m", "offset": "N m", "J": "kg m^2",
+}  # fmt: skip
+"""Units of the base parameters (eq. 11 of the paper, and `offset`) of a revolute joint."""
+
+PRISMATIC_UNITS: dict[str, str] = {
+    "Jm": "kg", "K": "N/m", "JL": "kg", "FVm": "N s/m", "FSm": "N",
+    "FV": "N s/m", "FS": "N", "MX": "kg", "MY": "kg", "offset": "N", "J": "kg",
+}  # fmt: skip
+
+FLEXIBLE_KEYS = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "MX", "MY", "offset")
+RIGID_KEYS = ("J", "FV", "FS", "offset", "MX", "MY")
+NON_NEGATIVE = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "J")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One identified number. `std` is one standard deviation; `ci95` the 95 % interval, symmetric unless given.
+
+    With `identifiable` False the value is what the fit happened to return and means nothing by itself.
+    """
+
+    key: str
+    value: float
+    std: float
+    unit: str = ""
+    identifiable: bool = True
+    ci95: tuple[float, float] | None = None
+    at_bound: bool = False
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval, in the unit of the value."""
+        if self.ci95 is not None:
+            return self.ci95
+        return (self.value - 1.96 * self.std, self.value + 1.96 * self.std)
+
+    @property
+    def relative_std_percent(self) -> float:
+        """Standard deviation in percent of the value (%σ of the paper's tables); infinite for a value of zero."""
+        return 100.0 * self.std / abs(self.value) if self.value else math.inf

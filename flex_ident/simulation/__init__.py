@@ -1,0 +1,1 @@
+"""Stage 5: the joint simulated from its recorded motor position."""

@@ -1,0 +1,1 @@
+"""A virtual robot joint: the plant, its drive, its encoders."""
