@@ -1,0 +1,203 @@
+"""The link, driven through the spring by the recorded motor position: eq. 5 integrated forward.
+
+Runge-Kutta 4 between the reversals of the link; the sign in Coulomb friction is constant inside a step, and a step in
+which the velocity would change sign is cut there, so that the result is smooth in the parameters. At rest the link
+sticks until the torque on it exceeds the Coulomb friction. The Dahl state of the hysteresis is updated exactly in
+deflection (explicit steps in time diverge).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flex_ident.recording import Floats
+from flex_ident.simulation.compiled import compiled
+from flex_ident.simulation.terms import Term
+
+K, K3, HALF_GAP = int(Term.STIFFNESS), int(Term.CUBIC_STIFFNESS), int(Term.HALF_GAP)
+HYS, HYS_D, DAMP = int(Term.HYSTERESIS_TORQUE), int(Term.HYSTERESIS_DEFLECTION), int(Term.SPRING_DAMPING)
+JL, FV, FS = int(Term.LINK_INERTIA), int(Term.LINK_VISCOUS), int(Term.LINK_COULOMB)
+GX, GY = int(Term.GRAVITY_COS), int(Term.GRAVITY_SIN)
+FV_ASYM, FV_QUAD = int(Term.LINK_VISCOUS_ASYMMETRY), int(Term.LINK_VISCOUS_QUADRATIC)
+STRIBECK, STRIBECK_V = int(Term.LINK_STRIBECK), int(Term.LINK_STRIBECK_VELOCITY)
+LOAD, RATE = int(Term.LINK_LOAD_FRICTION), int(Term.FRICTION_RATE)
+J2, K2, D2 = int(Term.SECOND_INERTIA), int(Term.SECOND_STIFFNESS), int(Term.SECOND_DAMPING)
+Q0, V0 = int(Term.INITIAL_DEFLECTION), int(Term.INITIAL_VELOCITY)
+
+
+@compiled
+def dahl_state(z: float, change: float, scale: float) -> float:
+    """The Dahl state after the deflection changed monotonically by `change`: exact solution of dz/dd."""
+    if scale <= 0.0 or change == 0.0:
+        return z
+    goal = 1.0 if change > 0.0 else -1.0
+    return goal + (z - goal) * math.exp(-abs(change) / scale)
+
+
+@compiled
+def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
+    """Torque through the transmission at deflection `d`, its `rate`, and Dahl state `z`."""
+    e = d
+    gap = p[HALF_GAP]
+    if gap > 0.0:
+        if d > gap:
+            e = d - gap
+        elif d < -gap:
+            e = d + gap
+        else:
+            e = 0.0
+    return float(p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z)
+
+
+@compiled
+def free_torque(p: Floats, q: float, v: float, q2: float, v2: float, tau: float, time: float) -> float:
+    """Torque on the link, its dry friction left out."""
+    torque = tau - (1.0 + p[RATE] * time) * (p[FV] * v + p[FV_ASYM] * abs(v) + p[FV_QUAD] * v * abs(v))
+    if p[GX] != 0.0 or p[GY] != 0.0:
+        torque -= p[GX] * math.cos(q) + p[GY] * math.sin(q)
+    if p[J2] > 0.0:
+        torque += p[K2] * (q2 - q) + p[D2] * (v2 - v)
+    return float(torque)
+
+
+@compiled
+def dry_friction(p: Floats, v: float, tau: float, time: float) -> float:
+    """Magnitude of the link's dry friction at speed `v` under transmitted torque `tau`."""
+    level = p[FS] + p[LOAD] * abs(tau)
+    if p[STRIBECK] != 0.0 and p[STRIBECK_V] > 0.0:
+        level += p[STRIBECK] * math.exp(-((v / p[STRIBECK_V]) ** 2))
+    level *= 1.0 + p[RATE] * time
+    return float(level) if level > 0.0 else 0.0
+
+
+@compiled
+def interpolated(left: float, middle: float, right: float, x: float) -> float:
+    """The parabola through values at 0, 1/2 and 1, at `x`."""
+    return left + x * ((4.0 * middle - 3.0 * left - right) + x * 2.0 * (left - 2.0 * middle + right))
+
+
+@compiled
+def simulated_link(
+    p: Floats, base: Floats, base_rate: Floats, step: float, torque: Floats, position: Floats, velocity: Floats
+) -> int:
+    """Fill spring torque, link position and velocity, each (n,), at every step of `step` s; returns steps taken.
+
+    `base` and `base_rate` (2 n - 1,): position and velocity of the motor's side of the spring, at half steps.
+    Returns early, the rest left NaN, when the link runs away (parameters out of all reason).
+    """
+    n = torque.size
+    stiffness = p[K] if p[K] > 0.0 else 1.0
+    # Static equilibrium of the link at the start, gravity included, plus the estimated deviation from it.
+    q = base[0]
+    for _ in range(8):
+        q = base[0] - (p[GX] * math.cos(q) + p[GY] * math.sin(q)) / stiffness
+    gap = p[HALF_GAP]
+    if gap > 0.0:
+        load = p[GX] * math.cos(q) + p[GY] * math.sin(q)
+        q -= gap if load > 0.0 else -gap
+    q += p[Q0]
+    v = base_rate[0] + p[V0]
+    if abs(v) < 1e-12:
+        v = 0.0
+    q2, v2, z = q, v, 0.0
+    bound = 1e3 + 100.0 * abs(q)
+    inverse_inertia = 1.0 / p[JL]
+    second = p[J2] > 0.0
+    inverse_second = 1.0 / p[J2] if second else 0.0
+    half = np.empty(3)
+    for k in range(n):
+        d = base[2 * k] - q
+        tau = spring_torque(p, d, base_rate[2 * k] - v, z)
+        torque[k], position[k], velocity[k] = tau, q, v
+        if k == n - 1:
+            break
+        b0, b1, b2 = base[2 * k], base[2 * k + 1], base[2 * k + 2]
+        r0, r1, r2 = base_rate[2 * k], base_rate[2 * k + 1], base_rate[2 * k + 2]
+        start = 0.0
+        time = k * step
+        for _ in range(4):
+            if start >= 1.0:
+                break
+            x0 = start
+            sign = 0.0
+            if v > 0.0:
+                sign = 1.0
+            elif v < 0.0:
+                sign = -1.0
+            else:
+                # At rest: does the link stick until the end of the step?
+                here = interpolated(b0, b1, b2, x0)
+                tau = spring_torque(p, here - q, interpolated(r0, r1, r2, x0), z)
+                push = free_torque(p, q, 0.0, q2, v2, tau, time)
+                hold = dry_friction(p, 0.0, tau, time)
+                if abs(push) > hold:
+                    sign = 1.0 if push > 0.0 else -1.0
+                else:
+                    z_end = dahl_state(z, b2 - here, p[HYS_D])
+                    tau_end = spring_torque(p, b2 - q, r2, z_end)
+                    push_end = free_torque(p, q, 0.0, q2, v2, tau_end, time)
+                    hold_end = dry_friction(p, 0.0, tau_end, time)
+                    excess, excess_end = abs(push) - hold, abs(push_end) - hold_end
+                    fraction = 1.0
+                    if excess_end > 0.0:
+                        fraction = -excess / (excess_end - excess)
+                    x1 = x0 + fraction * (1.0 - x0)
+                    there = interpolated(b0, b1, b2, x1)
+                    z = dahl_state(z, there - here, p[HYS_D])
+                    if second:
+                        h = (x1 - x0) * step
+                        a2 = -(p[K2] * (q2 - q) + p[D2] * v2) * inverse_second
+                        v2 += h * a2
+                        q2 += h * v2
+                    start = x1
+                    if fraction >= 1.0:
+                        break
+                    sign = 1.0 if push_end > 0.0 else -1.0
+                    x0 = x1
+                    if x0 >= 1.0 - 1e-9:
+                        break
+            span = 1.0 - x0
+            q_old, v_old, q2_old, v2_old, z_old = q, v, q2, v2, z
+            d_old = interpolated(b0, b1, b2, x0) - q
+            reached = 1.0
+            for attempt in range(2):
+                h = span * step * reached
+                half[0], half[1], half[2] = x0, x0 + 0.5 * span * reached, x0 + span * reached
+                dq = dv = dq2 = dv2 = 0.0
+                kq = kv = kq2 = kv2 = 0.0
+                for stage in range(4):
+                    where = half[0] if stage == 0 else (half[2] if stage == 3 else half[1])
+                    share = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
+                    weight = 1.0 if stage == 0 or stage == 3 else 2.0
+                    sq, sv = q_old + share * kq, v_old + share * kv
+                    sq2, sv2 = q2_old + share * kq2, v2_old + share * kv2
+                    sd = interpolated(b0, b1, b2, where) - sq
+                    sz = dahl_state(z_old, sd - d_old, p[HYS_D])
+                    tau = spring_torque(p, sd, interpolated(r0, r1, r2, where) - sv, sz)
+                    kq = sv
+                    push = free_torque(p, sq, sv, sq2, sv2, tau, time)
+                    kv = (push - sign * dry_friction(p, sv, tau, time)) * inverse_inertia
+                    if second:
+                        kq2 = sv2
+                        kv2 = -(p[K2] * (sq2 - sq) + p[D2] * (sv2 - sv)) * inverse_second
+                    dq += weight * kq
+                    dv += weight * kv
+                    dq2 += weight * kq2
+                    dv2 += weight * kv2
+                q, v = q_old + h * dq / 6.0, v_old + h * dv / 6.0
+                q2, v2 = q2_old + h * dq2 / 6.0, v2_old + h * dv2 / 6.0
+                if attempt == 0 and v * sign < 0.0 and v_old != 0.0:
+                    reached = v_old / (v_old - v)  # the velocity changes sign here: step again, up to there
+                    continue
+                break
+            z = dahl_state(z_old, interpolated(b0, b1, b2, x0 + span * reached) - q - d_old, p[HYS_D])
+            if reached < 1.0 or (v_old == 0.0 and v * sign < 0.0):
+                v = 0.0
+            start = x0 + span * reached
+        if not abs(q) < bound:
+            for j in range(k + 1, n):
+                torque[j], position[j], velocity[j] = np.nan, np.nan, np.nan
+            return k
+    return n

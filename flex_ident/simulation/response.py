@@ -1,0 +1,100 @@
+"""What the encoders and the drive would have recorded, were the joint made of the given terms: eqs. 5 and 6."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flex_ident.recording import Floats
+from flex_ident.simulation.kernel import simulated_link
+from flex_ident.simulation.motion import MotorMotion
+from flex_ident.simulation.terms import Term
+
+
+@dataclass(frozen=True)
+class Response:
+    """Simulated `motor_torque`, `spring_torque` (N m), `link_position` (rad) and `link_velocity`, each (n,).
+
+    NaN from where the simulation ran away. A rigid joint has no spring torque and the motor's position as link's.
+    """
+
+    motor_torque: Floats
+    spring_torque: Floats
+    link_position: Floats
+    link_velocity: Floats
+
+
+def direction(motion: MotorMotion, resolution: float = 0.0) -> Floats:
+    """Sign of the motor velocity (n,), averaged over the sample it stands for, so that reversals do not alias.
+
+    `resolution`, rad/s, is the velocity below which the recording cannot tell the direction.
+    """
+    width = np.maximum(0.5 * np.abs(motion.acceleration) * motion.sample_time, max(resolution, 1e-12))
+    sign: Floats = np.clip(motion.velocity / width, -1.0, 1.0)
+    return sign
+
+
+@dataclass(frozen=True)
+class LinkMotion:
+    """The link as simulated, each (n,): torque through the spring, N m, position, rad, velocity, rad/s."""
+
+    spring_torque: Floats
+    position: Floats
+    velocity: Floats
+
+
+def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
+    """The link driven through the spring by the motor's motion (eq. 5), at the recording's samples."""
+    base, rate = motion.fine_position, motion.fine_velocity
+    amplitude = terms[Term.KINEMATIC_ERROR]
+    if amplitude != 0.0:
+        angle = terms[Term.KINEMATIC_CYCLES] * base + terms[Term.KINEMATIC_PHASE]
+        rate = rate * (1.0 + amplitude * terms[Term.KINEMATIC_CYCLES] * np.cos(angle))
+        base = base + amplitude * np.sin(angle)
+    n = (base.size + 1) // 2
+    torque, position, velocity = np.empty(n), np.empty(n), np.empty(n)
+    simulated_link(terms, base, rate, motion.step, torque, position, velocity)
+    s = motion.substeps
+    return LinkMotion(torque[::s], position[::s], velocity[::s])
+
+
+def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, sign: Floats) -> Floats:
+    """Friction on the motor's side (n,), N m: eq. 4 and the effects that add to it."""
+    v = motion.velocity
+    coulomb = terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_LOAD_FRICTION] * np.abs(spring_torque)
+    if terms[Term.MOTOR_STRIBECK] != 0.0 and terms[Term.MOTOR_STRIBECK_VELOCITY] > 0.0:
+        coulomb = coulomb + terms[Term.MOTOR_STRIBECK] * np.exp(-((v / terms[Term.MOTOR_STRIBECK_VELOCITY]) ** 2))
+    viscous = terms[Term.MOTOR_VISCOUS] * v
+    viscous = viscous + terms[Term.MOTOR_VISCOUS_ASYMMETRY] * np.abs(v)
+    viscous = viscous + terms[Term.MOTOR_VISCOUS_QUADRATIC] * v * np.abs(v)
+    warming = 1.0
+    if terms[Term.FRICTION_RATE] != 0.0:
+        warming = 1.0 + terms[Term.FRICTION_RATE] * motion.sample_time * np.arange(v.size)
+    friction: Floats = (viscous + coulomb * sign) * warming
+    return friction
+
+
+def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, sign: Floats) -> Floats:
+    """Torque the motor must deliver for its recorded motion (n,), N m: eq. 6. Without `link`, of a rigid joint."""
+    if link is not None:
+        load = link.spring_torque
+    else:
+        load = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
+    torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + load + terms[Term.OFFSET]
+    torque = torque + motor_friction(terms, motion, load, sign)
+    if terms[Term.RIPPLE] != 0.0:
+        angle = terms[Term.RIPPLE_CYCLES] * motion.position + terms[Term.RIPPLE_PHASE]
+        torque = torque + terms[Term.RIPPLE] * np.sin(angle)
+    result: Floats = torque
+    return result
+
+
+def simulated_response(terms: Floats, motion: MotorMotion, *, rigid: bool = False, resolution: float = 0.0) -> Response:
+    """The joint of `terms` moved along `motion`; nothing of the measurement chain applied (delay, zero, skew)."""
+    sign = direction(motion, resolution)
+    if rigid:
+        torque = motor_torque(terms, motion, None, sign)
+        return Response(torque, np.zeros_like(torque), motion.position, motion.velocity)
+    link = link_motion(terms, motion)
+    return Response(motor_torque(terms, motion, link, sign), link.spring_torque, link.position, link.velocity)
