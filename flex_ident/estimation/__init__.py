@@ -1,1 +1,1 @@
-"""Maximum likelihood by simulation, and how far to trust it."""
+"""Maximum likelihood by simulation, and how far to trust it: `estimation.identification.identify`."""

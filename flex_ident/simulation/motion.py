@@ -35,13 +35,19 @@ class SpectralFilter:
             raise ExcitationError(f"{n} samples are too few to filter: record at least a few seconds.")
         self.n = n
         self.upsampling = upsampling
+        self._rate = sample_rate_hz
         self._extension = min(n - 1, max(8, round(EXTENSION_S * sample_rate_hz)))
         self._length = fft.next_fast_len(n + 2 * self._extension, real=True)
-        self._frequency = fft.rfftfreq(self._length, 1.0 / sample_rate_hz)
+        self._frequency: Floats = fft.rfftfreq(self._length, 1.0 / sample_rate_hz)
         self._response = lowpass_response(self._frequency, cutoff_hz)
 
-    def __call__(self, signal: Floats, derivatives: tuple[int, ...] = (0,)) -> tuple[Floats, ...]:
-        """The filtered signal's `derivatives`, one array ((n - 1) * upsampling + 1,) each, in units per s^k."""
+    def __call__(
+        self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0
+    ) -> tuple[Floats, ...]:
+        """The filtered signal's `derivatives`, one array ((n - 1) * upsampling + 1,) each, in units per s^k.
+
+        `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative.
+        """
         e, n, length = self._extension, self.n, self._length
         line = np.linspace(signal[0], signal[-1], n)
         flat = signal - line
@@ -55,6 +61,10 @@ class SpectralFilter:
         extended[:e] *= ramp
         extended[e + n : 2 * e + n] *= ramp[::-1]
         spectrum = fft.rfft(extended) * self._response
+        if delay != 0.0:
+            spectrum *= np.exp(-2j * np.pi * self._frequency * delay)
+        if curvature != 0.0:
+            spectrum *= 1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2
         u = self.upsampling
         start = e * u
         count = (n - 1) * u + 1
@@ -64,9 +74,9 @@ class SpectralFilter:
             fine = fft.irfft(shaped, length) if u == 1 else fft.irfft(shaped, length * u) * u
             result = fine[start : start + count].copy()
             if order == 0:
-                result += signal[0] + slope / u * np.arange(count)
+                result += signal[0] + slope / u * np.arange(count) - slope * delay * self._rate
             elif order == 1:
-                result += slope * (self._frequency[1] * length)
+                result += slope * self._rate
             outputs.append(result)
         return tuple(outputs)
 

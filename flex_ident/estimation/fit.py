@@ -1,0 +1,225 @@
+"""Maximum likelihood by simulation: nonlinear least squares on whitened residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from flex_ident.effects import effect_named
+from flex_ident.errors import ExcitationError
+from flex_ident.estimation.problem import FitProblem
+from flex_ident.estimation.whitening import Whitening, settled, whitening_of
+from flex_ident.parameters import NON_NEGATIVE
+from flex_ident.recording import Floats
+
+LOGARITHMIC = ("Jm", "K", "JL", "J")
+"""Keys fitted by their logarithm: positive by construction, and a factor is a factor."""
+RELATIVE_STEP = 1e-4
+MEMORY_S = 0.35
+"""Memory of the whitening filter, s."""
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of a nuisance before the data: mean and standard deviation, and hard bounds."""
+
+    mean: float
+    std: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The optimum: flat `values` of every key (free or not), and the linearised problem there.
+
+    `jacobian` (r, p) and `residual` (r,) are whitened to unit variance, priors excluded, rows in the order of
+    `rows` (indices into the decimated clock, one entry a channel); `prior_information` (p, p). Columns are per unit
+    of the value itself, not of its logarithm.
+    """
+
+    free: tuple[str, ...]
+    values: Mapping[str, float]
+    jacobian: Floats
+    residual: Floats
+    rows: tuple[NDArray[np.int64], ...]
+    prior_information: Floats
+    whitenings: tuple[Whitening, ...]
+    at_bound: tuple[str, ...]
+    cost: float
+    """Half the sum of squares of the whitened residual."""
+
+
+def key_scale(problem: FitProblem, key: str, value: float) -> float:
+    """A step size, absolute, in which the value of a key is naturally measured."""
+    torque = float(np.std(problem.torque)) or 1.0
+    velocity = float(np.std(problem.motion.velocity)) or 1.0
+    position = float(np.std(problem.motion.position)) or 1.0
+    acceleration = float(np.std(problem.motion.acceleration)) or 1.0
+    ts = problem.recording.sample_time
+    match key:
+        case "Jm" | "JL" | "J":
+            return max(abs(value), 1e-3 * torque / acceleration)
+        case "K":
+            return max(abs(value), 1e-3 * torque / position)
+        case "FVm" | "FV":
+            return max(abs(value), 0.05 * torque / velocity)
+        case "FSm" | "FS" | "offset":
+            return max(abs(value), 0.05 * torque)
+        case "MX" | "MY":
+            return max(abs(value), 0.05 * torque / 9.81)
+        case "torque_delay" | "link_skew":
+            return ts
+        case "torque_averaging":
+            return 0.1
+        case "link_zero" | "initial_deflection":
+            return 1e-2 * position
+        case "initial_velocity":
+            return 1e-2 * velocity
+        case _:
+            return max(abs(value), 1e-3)
+
+
+def key_bounds(key: str, priors: Mapping[str, Prior]) -> tuple[float, float]:
+    """The range that physics allows a key."""
+    if key in priors:
+        return priors[key].lower, priors[key].upper
+    if "." in key:
+        effect, name = key.split(".", 1)
+        parameter = effect_named(effect).parameter(name)
+        return parameter.lower, parameter.upper
+    return (0.0, np.inf) if key in NON_NEGATIVE else (-np.inf, np.inf)
+
+
+class SimulationFit:
+    """Fits chosen keys of a `FitProblem`; whitening filters are held fixed during one `solve`."""
+
+    def __init__(self, problem: FitProblem, *, priors: Mapping[str, Prior] | None = None) -> None:
+        self.problem = problem
+        self.priors: dict[str, Prior] = dict(priors or {})
+
+    def whitenings(self, values: Mapping[str, float]) -> tuple[Whitening, ...]:
+        """The whitening filter of each channel's residual at these values."""
+        order = int(np.clip(round(MEMORY_S * self.problem.rate_hz), 4, 64))
+        return tuple(whitening_of(r, self.problem.usable, order) for r in self.problem.residuals(values))
+
+    def _rows(self, whitenings: tuple[Whitening, ...]) -> tuple[NDArray[np.int64], ...]:
+        return tuple(np.flatnonzero(settled(self.problem.usable, w.memory)) for w in whitenings)
+
+    def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
+        """All channels' whitened residuals in one vector (r,)."""
+        rows = self._rows(whitenings)
+        parts = [w(r)[i] for w, r, i in zip(whitenings, self.problem.residuals(values), rows, strict=True)]
+        return np.concatenate(parts)
+
+    def whitened_jacobian(
+        self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]
+    ) -> Floats:
+        """Derivative (r, p) of the whitened residual with respect to the keys' values."""
+        steps = {k: RELATIVE_STEP * key_scale(self.problem, k, values.get(k, 0.0)) for k in keys}
+        for key in keys:  # step inwards where the bound is near
+            _, upper = key_bounds(key, self.priors)
+            if values.get(key, 0.0) + steps[key] > upper:
+                steps[key] = -steps[key]
+        rows = self._rows(whitenings)
+        parts = self.problem.sensitivities(values, keys, steps)
+        return np.concatenate([w(c)[i] for w, c, i in zip(whitenings, parts, rows, strict=True)])
+
+    def solve(
+        self,
+        keys: Sequence[str],
+        start: Mapping[str, float],
+        whitenings: tuple[Whitening, ...],
+        *,
+        iterations: int = 30,
+        tolerance: float = 1e-8,
+        robust: bool = False,
+    ) -> Fit:
+        """Minimise over `keys` from `start`. Raises ExcitationError when no simulation near the start is finite."""
+        keys = tuple(keys)
+        values = dict(start)
+        logarithmic = np.array([k in LOGARITHMIC for k in keys])
+        scale = np.array([key_scale(self.problem, k, values.get(k, 0.0)) for k in keys])
+
+        def unpacked(x: Floats) -> dict[str, float]:
+            numbers = np.where(logarithmic, np.exp(np.clip(x, -60.0, 60.0)), x * scale)
+            return {**values, **dict(zip(keys, map(float, numbers), strict=True))}
+
+        def packed(key: str, value: float, s: float) -> float:
+            return float(np.log(max(value, 1e-12))) if key in LOGARITHMIC else value / s
+
+        prior_keys = [(i, self.priors[k]) for i, k in enumerate(keys) if k in self.priors]
+
+        def residual(x: Floats) -> Floats:
+            now = unpacked(x)
+            main = self.whitened_residual(now, whitenings)
+            main = np.where(np.isfinite(main), main, 1e6)
+            tail = [(now[keys[i]] - p.mean) / p.std for i, p in prior_keys]
+            return np.concatenate((main, tail))
+
+        def jacobian(x: Floats) -> Floats:
+            now = unpacked(x)
+            main = self.whitened_jacobian(now, keys, whitenings)
+            main = np.where(np.isfinite(main), main, 0.0)
+            tail = np.zeros((len(prior_keys), len(keys)))
+            for row, (i, p) in enumerate(prior_keys):
+                tail[row, i] = 1.0 / p.std
+            factor = np.where(logarithmic, [now[k] for k in keys], scale)
+            full: Floats = np.concatenate((main, tail)) * factor
+            return full
+
+        lower, upper = np.empty(len(keys)), np.empty(len(keys))
+        x0 = np.empty(len(keys))
+        for i, key in enumerate(keys):
+            low, high = key_bounds(key, self.priors)
+            if key in LOGARITHMIC:
+                low, high = float(np.exp(-30.0)), float(np.exp(60.0))
+            lower[i] = packed(key, low, scale[i]) if np.isfinite(low) else low
+            upper[i] = packed(key, high, scale[i]) if np.isfinite(high) else high
+            x0[i] = np.clip(packed(key, values.get(key, 0.0), scale[i]), lower[i], upper[i])
+        if not np.isfinite(self.whitened_residual(unpacked(x0), whitenings)).all():
+            raise ExcitationError("the simulation of the starting model runs away: give --first-mode or --model.")
+        result = optimize.least_squares(
+            residual, x0, jacobian, bounds=(lower, upper), x_scale="jac", max_nfev=iterations, method="trf",
+            ftol=tolerance, xtol=1e-8, gtol=1e-10, loss="soft_l1" if robust else "linear", f_scale=2.0,
+        )  # fmt: skip
+        x = np.array(result.x)
+        # trf stays a hair inside the bounds: a parameter that wants to leave is put on its bound.
+        near = 1e-4
+        at_bound = []
+        for i, key in enumerate(keys):
+            if key in LOGARITHMIC:
+                continue
+            if x[i] - lower[i] < near or upper[i] - x[i] < near:
+                x[i] = lower[i] if x[i] - lower[i] < near else upper[i]
+                at_bound.append(key)
+        return self.linearised(keys, unpacked(x), whitenings, tuple(at_bound))
+
+    def linearised(
+        self,
+        keys: Sequence[str],
+        values: Mapping[str, float],
+        whitenings: tuple[Whitening, ...],
+        at_bound: tuple[str, ...] = (),
+    ) -> Fit:
+        """The whitened problem, linearised at `values`."""
+        information = np.zeros((len(keys), len(keys)))
+        for i, key in enumerate(keys):
+            if key in self.priors:
+                information[i, i] = 1.0 / self.priors[key].std ** 2
+        rest = self.whitened_residual(values, whitenings)
+        return Fit(
+            free=tuple(keys),
+            values=dict(values),
+            jacobian=self.whitened_jacobian(values, keys, whitenings),
+            residual=rest,
+            rows=self._rows(whitenings),
+            prior_information=information,
+            whitenings=whitenings,
+            at_bound=at_bound,
+            cost=0.5 * float(rest @ rest),
+        )

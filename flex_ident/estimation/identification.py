@@ -1,0 +1,181 @@
+"""One recording in, one `Identification` out: the seam between commands and nodes on one side and the core."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from flex_ident.effects import effect_named
+from flex_ident.errors import SignalError
+from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.estimation.problem import Bools, model_of, values_of
+from flex_ident.estimation.verdict import SIGNALS, Evidence, identifiability_notices, is_identifiable, judged
+from flex_ident.filtering import first_mode
+from flex_ident.parameters import (
+    FLEXIBLE_KEYS,
+    UNITS,
+    FilterSettings,
+    FitQuality,
+    FrequencyResponse,
+    Identification,
+    Parameter,
+    Sensors,
+    TorqueCurves,
+)
+from flex_ident.recording import Floats, Notice, Recording
+from flex_ident.regression import identify_linear
+from flex_ident.simulation.motion import ORDER
+from flex_ident.simulation.terms import MEASUREMENT_TERMS
+
+Progress = Callable[[float], None]
+MEASUREMENT_UNITS = {"torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2"}
+
+
+def chosen_sensors(recording: Recording, sensors: str) -> Sensors:
+    """Which model to use: motor+link when the recording has a link position and nothing else was asked for.
+
+    Raises SignalError when motor+link is asked for and there is no link position.
+    """
+    if sensors == "motor+link" and recording.link_position is None:
+        raise SignalError("sensors motor+link: the recording has no link position. Name one with --link-position.")
+    if sensors == "motor" or recording.link_position is None:
+        return "motor"
+    return "motor+link"
+
+
+def identify(
+    recording: Recording, options: IdentifyOptions | None = None, *, progress: Progress | None = None
+) -> Identification:
+    """The joint's parameters by the method asked for. Raises ExcitationError and SignalError.
+
+    `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
+    position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares.
+    """
+    options = options or IdentifyOptions()
+    sensors = chosen_sensors(recording, options.sensors)
+    if options.method != "auto" or options.rigid:
+        return identify_linear(
+            recording,
+            sensors=sensors,
+            method="weighted" if options.method == "auto" else options.method,
+            rigid=options.rigid,
+            first_mode_hz=options.first_mode_hz,
+        )
+    problem = fit_problem(recording, sensors=sensors, first_mode_hz=options.first_mode_hz)
+    if options.model is not None:
+        start: Mapping[str, float] = values_of(options.model)
+        keys = (*FLEXIBLE_KEYS, *(k for k in start if "." in k))
+        start = {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **start}
+    else:
+        keys = FLEXIBLE_KEYS
+        start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
+    if progress is not None:
+        progress(0.1)
+    estimate = estimated(
+        problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.85 * x)
+    )
+    response = first_mode(recording, hint_hz=options.first_mode_hz).response
+    return identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
+
+
+def unit_of(key: str) -> str:
+    """The unit of a base, measurement or effect key (revolute joint)."""
+    if "." in key:
+        effect, name = key.split(".", 1)
+        return effect_named(effect).parameter(name).unit
+    return UNITS.get(key, MEASUREMENT_UNITS.get(key, ""))
+
+
+def identified_parameter(estimate: Estimate, key: str) -> Parameter:
+    """One key of an estimate with its uncertainty and whether the data determine it."""
+    std = estimate.uncertainty.std(key)
+    value = float(estimate.fit.values[key])
+    at_bound = key in estimate.fit.at_bound
+    identifiable = True if key in MEASUREMENT_TERMS else is_identifiable(estimate, key)
+    return Parameter(key, value, std, unit_of(key), identifiable, at_bound=at_bound)
+
+
+def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
+    """Locked-motor and free resonance, Hz, of Jm, K and JL."""
+    k, jm, jl = values["K"], values["Jm"], values["JL"]
+    return {
+        "free_resonance_hz": math.sqrt(k * (1.0 / jm + 1.0 / jl)) / (2.0 * math.pi),
+        "locked_motor_hz": math.sqrt(k / jl) / (2.0 * math.pi),
+    }
+
+
+def identification_of(
+    recording: Recording,
+    estimate: Estimate,
+    *,
+    sensors: Sensors,
+    method: str,
+    response: FrequencyResponse | None = None,
+) -> Identification:
+    """The public result of an estimate, judged."""
+    problem, fit = estimate.problem, estimate.fit
+    base_and_effects = [k for k in fit.free if k not in MEASUREMENT_TERMS]
+    parameters = tuple(identified_parameter(estimate, k) for k in base_and_effects)
+    measurement = tuple(
+        identified_parameter(estimate, k) for k in fit.free if k in MEASUREMENT_UNITS and k in MEASUREMENT_TERMS
+    )
+    predicted = problem.prediction(fit.values).torque
+    unseen = problem.prediction(estimate.trained).torque
+    measured = problem.measured_torque(fit.values)
+    rows, held = problem.usable, estimate.validation
+
+    def relative(prediction: Floats, where: Bools) -> float:
+        size = float(np.linalg.norm(measured[where]))
+        return 100.0 * float(np.linalg.norm((measured - prediction)[where])) / size if size else math.inf
+
+    error, validation = relative(predicted, rows), relative(unseen, held)
+    derived = {} if problem.rigid else modes_hz(fit.values)
+    verdict, objections = judged(
+        Evidence(
+            parameters=parameters,
+            error_percent=error,
+            validation_percent=validation,
+            delays={p.key: p.value for p in measurement if p.key in SIGNALS},
+            sample_time=recording.sample_time,
+            locked_motor_hz=derived.get("locked_motor_hz", 0.0),
+            band_hz=problem.band_hz,
+        )
+    )
+    notices = [*recording.notices, *objections, *identifiability_notices(parameters)]
+    for group in estimate.uncertainty.undetermined:
+        notices.append(Notice("undetermined", f"only a combination of {', '.join(group)} is determined."))
+    if response is not None and derived:
+        shown = tuple(round(f, 4) for f in sorted(derived.values()))
+        response = FrequencyResponse(
+            response.title, response.frequency_hz, response.magnitude, response.coherence, shown
+        )
+    return Identification(
+        joint=recording.joint,
+        sensors=sensors,
+        method=method,
+        verdict=verdict,
+        parameters=parameters,
+        fit=FitQuality(
+            samples=int(rows.sum()),
+            condition_number=estimate.uncertainty.condition_number,
+            rank=estimate.uncertainty.rank,
+            relative_error_percent=error,
+            validation_relative_error_percent=validation,
+        ),
+        model=model_of(fit.values, rigid=problem.rigid, joint=recording.joint),
+        derived=derived,
+        measurement=measurement,
+        filter=FilterSettings(
+            bandwidth_rad_s=2.0 * math.pi * problem.band_hz,
+            cutoff_rad_s=2.0 * math.pi * problem.cutoff_hz,
+            order=ORDER,
+            sample_rate_hz=recording.sample_rate_hz,
+            decimation=problem.decimation,
+        ),
+        notices=tuple(notices),
+        curves=TorqueCurves(problem.time, measured, predicted, held),
+        frequency_response=response,
+    )

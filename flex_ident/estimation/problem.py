@@ -1,0 +1,233 @@
+"""Measured and simulated signals side by side, filtered alike: what every simulation-based fit minimises."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from flex_ident.effects import effect_named
+from flex_ident.errors import ConfigurationError, ExcitationError
+from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
+from flex_ident.recording import Floats, Recording
+from flex_ident.simulation.motion import MotorMotion, SpectralFilter, motor_motion
+from flex_ident.simulation.response import LinkMotion, direction, link_motion, motor_torque
+from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
+
+Bools = NDArray[np.bool_]
+
+MOTOR_SIDE = [
+    int(t) for t in Term if Term.MOTOR_INERTIA <= t <= Term.RIPPLE_PHASE or Term.TORQUE_DELAY <= t <= Term.TORQUE_LIMIT
+]
+"""Terms that leave the link's motion as it is: no simulation is needed for their sensitivity."""
+COMPARISON_MARGIN = 1.2
+"""Cutoff of the comparison's low-pass over the excited band."""
+DRIVE_MARGIN = 3.0
+"""Cutoff of the low-pass on the recorded motor position over the excited band."""
+MAX_SUBSTEPS = 8
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Motor torque (m,), N m, and link position (m,), rad, or None: filtered and decimated like the measurement."""
+
+    torque: Floats
+    link: Floats | None
+
+
+def terms_of(values: Mapping[str, float], *, rigid: bool) -> Floats:
+    """The simulation's terms for base (`K`), measurement (`torque_delay`) and effect (`backlash.gap`) keys.
+
+    Raises ConfigurationError on a key that is none of them.
+    """
+    base = RIGID_TERMS if rigid else BASE_TERMS
+    terms = no_terms()
+    effects: dict[str, dict[str, float]] = {}
+    for key, value in values.items():
+        if "." in key:
+            effect, name = key.split(".", 1)
+            effects.setdefault(effect, {})[name] = value
+        elif key in base:
+            terms[base[key][0]] += value * base[key][1]
+        elif key in MEASUREMENT_TERMS:
+            terms[MEASUREMENT_TERMS[key][0]] += value * MEASUREMENT_TERMS[key][1]
+        else:
+            raise ConfigurationError(f"unknown parameter {key}.")
+    for effect, parameters in effects.items():
+        effect_named(effect).contribute(terms, parameters)
+    return terms
+
+
+def values_of(model: JointModel) -> dict[str, float]:
+    """The flat keys and values of a model, effects included."""
+    values = dict(model.parameters)
+    for effect, parameters in model.effects.items():
+        values.update({f"{effect}.{name}": value for name, value in parameters.items()})
+    return values
+
+
+def model_of(values: Mapping[str, float], *, rigid: bool, joint: str = "") -> JointModel:
+    """The model in flat values; measurement keys are left out."""
+    base = RIGID_KEYS if rigid else FLEXIBLE_KEYS
+    effects: dict[str, dict[str, float]] = {}
+    for key, value in values.items():
+        if "." in key:
+            effect, name = key.split(".", 1)
+            effects.setdefault(effect, {})[name] = value
+    return JointModel({k: values[k] for k in base if k in values}, effects, joint)
+
+
+class FitProblem:
+    """One recording prepared for fitting: the motor's motion, and the measured signals filtered and decimated.
+
+    `time`, `torque`, `link` (m,) are the measured signals at `rate_hz`; `usable` (m,) is False at the edges, across
+    gaps and where the motor stands still (there Coulomb friction takes any value). Raises ExcitationError when too
+    little is left.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        *,
+        sensors: str = "motor",
+        rigid: bool = False,
+        band_hz: float,
+        stiffest_hz: float | None = None,
+        trim_s: float = 1.0,
+    ) -> None:
+        rate = recording.sample_rate_hz
+        self.recording = recording
+        self.rigid = rigid
+        self.sensors = sensors
+        self.band_hz = band_hz
+        self.cutoff_hz = min(COMPARISON_MARGIN * band_hz, 0.45 * rate)
+        drive_hz = min(DRIVE_MARGIN * band_hz, 0.45 * rate)
+        # Runge-Kutta 4 wants about a quarter of a radian a step at the fastest mode of the link.
+        fastest = 2.0 * math.pi * (stiffest_hz if stiffest_hz is not None else 2.0 * band_hz)
+        self.substeps = 1 if rigid else int(np.clip(math.ceil(fastest / rate / 0.35), 1, MAX_SUBSTEPS))
+        self.motion: MotorMotion = motor_motion(
+            recording.motor_position, rate, cutoff_hz=drive_hz, substeps=self.substeps
+        )
+        n = recording.motor_position.size
+        self._filter = SpectralFilter(n, rate, self.cutoff_hz)
+        self.decimation = max(1, int(rate / (2.5 * self.cutoff_hz)))
+        self.rate_hz = rate / self.decimation
+        self.time: Floats = recording.time[:: self.decimation]
+        self.resolution = self._velocity_resolution(recording, drive_hz)
+        self.sign = direction(self.motion, self.resolution)
+        self._raw_torque = recording.motor_torque
+        self.torque = self.reduced(recording.motor_torque)
+        has_link = sensors == "motor+link" and recording.link_position is not None and not rigid
+        self.link: Floats | None = None
+        if has_link and recording.link_position is not None:
+            self.link = self.reduced(recording.link_position)
+        self.usable: Bools = self._usable(recording, trim_s)
+        if int(self.usable.sum()) < 60:
+            raise ExcitationError(
+                f"{int(self.usable.sum())} usable samples are left of {n} after edges, gaps and standstill: "
+                "record at least ten seconds of motion."
+            )
+        self._links: dict[bytes, LinkMotion] = {}
+
+    def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0) -> Floats:
+        """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is."""
+        (filtered,) = self._filter(signal, delay=delay, curvature=curvature)
+        return filtered[:: self.decimation]
+
+    def _velocity_resolution(self, recording: Recording, cutoff_hz: float) -> float:
+        rest = recording.motor_position - self.motion.position
+        noise = float(np.std(rest[10:-10]))
+        rate = recording.sample_rate_hz
+        return 2.0 * noise * 2.0 * math.pi * cutoff_hz / math.sqrt(3.0) * math.sqrt(min(1.0, 2.0 * cutoff_hz / rate))
+
+    def _usable(self, recording: Recording, trim_s: float) -> Bools:
+        n, rate = recording.motor_position.size, recording.sample_rate_hz
+        trim = int(min(trim_s * rate, n / 10))
+        bad = np.zeros(n, bool)
+        bad[:trim] = True
+        bad[n - trim :] = True
+        assert recording.measured is not None
+        if not recording.measured.all():
+            margin = max(1, int(rate / self.cutoff_hz))
+            bad |= ndimage.binary_dilation(~recording.measured, iterations=margin)
+        window = max(3, int(0.1 * rate))
+        moving = ndimage.uniform_filter1d((np.abs(self.motion.velocity) > self.resolution).astype(float), window)
+        bad |= moving < 0.5
+        usable: Bools = ~bad[:: self.decimation]
+        return usable
+
+    def link_response(self, terms: Floats) -> LinkMotion | None:
+        """The link's motion under `terms` at the recording's rate; None for a rigid joint."""
+        if self.rigid:
+            return None
+        relevant = terms.copy()
+        relevant[MOTOR_SIDE] = 0.0
+        key = relevant.tobytes()
+        found = self._links.get(key)
+        if found is None:
+            found = link_motion(relevant, self.motion)
+            while len(self._links) > 2:  # the point of linearisation is asked for again and again
+                self._links.pop(next(iter(self._links)))
+        else:
+            self._links.pop(key)
+        self._links[key] = found
+        return found
+
+    def prediction(self, values: Mapping[str, float]) -> Prediction:
+        """What the model with these flat values says the measurement is; NaN when its simulation runs away."""
+        return self._prediction(terms_of(values, rigid=self.rigid))
+
+    def _prediction(self, terms: Floats, link: LinkMotion | None = None) -> Prediction:
+        if link is None:
+            link = self.link_response(terms)
+        torque = motor_torque(terms, self.motion, link, self.sign)
+        ts = self.recording.sample_time
+        torque_out = self.reduced(
+            torque, delay=float(terms[Term.TORQUE_DELAY]), curvature=float(terms[Term.TORQUE_AVERAGING]) * ts * ts
+        )
+        link_out = None
+        if self.link is not None and link is not None:
+            link_out = self.reduced(link.position, delay=float(terms[Term.LINK_SKEW])) + terms[Term.LINK_ZERO]
+        return Prediction(torque_out, link_out)
+
+    def measured_torque(self, values: Mapping[str, float]) -> Floats:
+        """The recorded torque (m,), clipped where the model says that the drive delivered no more."""
+        limit = values.get("saturation.limit", 0.0)
+        if limit <= 0.0 or limit >= float(np.max(np.abs(self._raw_torque))):
+            return self.torque
+        return self.reduced(np.clip(self._raw_torque, -limit, limit))
+
+    def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+        """Measured minus predicted, (m,) each: torque, and link position where there is one."""
+        predicted = self.prediction(values)
+        residual = [self.measured_torque(values) - predicted.torque]
+        if self.link is not None and predicted.link is not None:
+            residual.append(self.link - predicted.link)
+        return tuple(residual)
+
+    def sensitivities(
+        self, values: Mapping[str, float], keys: Sequence[str], steps: Mapping[str, float]
+    ) -> tuple[Floats, ...]:
+        """Derivative of each residual with respect to `keys`, (m, len(keys)) a channel; forward differences.
+
+        `steps` gives the size of each difference. The simulation is run once a key that moves the link.
+        """
+        base = self.residuals(values)
+        columns = [np.empty((r.size, len(keys))) for r in base]
+        for i, key in enumerate(keys):
+            step = steps[key]
+            moved = self.residuals({**values, key: values.get(key, 0.0) + step})
+            for column, r0, r1 in zip(columns, base, moved, strict=True):
+                column[:, i] = (r1 - r0) / step
+        return tuple(columns)
+
+    def restricted(self, usable: Bools) -> FitProblem:
+        """The same problem with other usable samples (shares everything else)."""
+        copy = object.__new__(FitProblem)
+        copy.__dict__.update(self.__dict__)
+        copy.usable = usable
+        return copy

@@ -1,0 +1,144 @@
+"""How far a result may be trusted, in words: what is not identifiable, why, and which experiment would help."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from flex_ident.estimation.estimate import Estimate
+from flex_ident.parameters import Parameter, Verdict
+from flex_ident.recording import Notice
+
+RELATIVE_LIMIT = 0.3
+"""A parameter less certain than this, relative to itself, is identifiable only if small in effect."""
+EFFECT_LIMIT = 0.01
+"""Share of the torque's rms that an uncertainty may move for a parameter near zero to count as known."""
+
+EXPERIMENTS: dict[str, str] = {
+    "K": "sweep through the resonance with a larger amplitude, with a payload, or read a link encoder",
+    "JL": "sweep through the resonance, with a payload",
+    "Jm": "sweep to higher frequencies",
+    "J": "move with larger accelerations",
+    "FVm": "move at higher speed",
+    "FV": "move at higher speed, or read a link encoder",
+    "FSm": "add slow motion over a large range (chirp.profile: rich)",
+    "FS": "add slow motion over a large range (chirp.profile: rich), or read a link encoder",
+    "MX": "repeat at another start position, or move over a larger range (chirp.profile: rich)",
+    "MY": "repeat at another start position, or move over a larger range (chirp.profile: rich)",
+    "offset": "move over a larger range (chirp.profile: rich), so that gravity and offset differ",
+}
+ESSENTIAL = ("Jm", "K", "JL", "J")
+SIGNALS = {"torque_delay": "torque", "link_skew": "link position"}
+
+Objection = tuple[Verdict, Notice | None]
+
+
+def torque_per_std(estimate: Estimate, key: str) -> float:
+    """Rms of the motor torque, N m, that one standard deviation of a key moves (link channel left out)."""
+    std = estimate.uncertainty.std(key)
+    if not math.isfinite(std):
+        return math.inf
+    problem, values = estimate.problem, estimate.fit.values
+    step = max(abs(values[key]), std, 1e-9) * 1e-3
+    rows = problem.usable
+    here = problem.prediction(values).torque[rows]
+    there = problem.prediction({**values, key: values[key] + step}).torque[rows]
+    return float(np.sqrt(np.mean((there - here) ** 2))) / step * std
+
+
+def is_identifiable(estimate: Estimate, key: str) -> bool:
+    """Whether the data determine a key: known to 30 %, or known to be too small to matter."""
+    std = estimate.uncertainty.std(key)
+    value = estimate.fit.values[key]
+    if not math.isfinite(std):
+        return False
+    if std <= RELATIVE_LIMIT * abs(value):
+        return True
+    if key in ESSENTIAL:
+        return False
+    rms = float(np.sqrt(np.mean(estimate.problem.torque[estimate.problem.usable] ** 2)))
+    return torque_per_std(estimate, key) <= EFFECT_LIMIT * rms
+
+
+def identifiability_notices(parameters: tuple[Parameter, ...]) -> list[Notice]:
+    """One notice a parameter that the data cannot determine, with the experiment that would."""
+    notices = []
+    for p in parameters:
+        if not p.identifiable:
+            how = EXPERIMENTS.get(p.key, "a wider sweep, a larger amplitude or a payload")
+            known = f"± {p.std:.2g} {p.unit}" if math.isfinite(p.std) else "not at all"
+            notices.append(Notice("not_identifiable", f"{p.key} is not determined by this recording ({known}): {how}."))
+    return notices
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a verdict is made of: errors in percent of the torque, modes and band in Hz, delays and period in s."""
+
+    parameters: tuple[Parameter, ...]
+    error_percent: float
+    validation_percent: float
+    delays: Mapping[str, float]
+    sample_time: float
+    locked_motor_hz: float
+    band_hz: float
+
+
+def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
+    """The verdict, with a notice for each thing that spoke against a better one."""
+    objections = [
+        *_weak_parameters(evidence),
+        *_poor_reproduction(evidence),
+        *_mode_outside_band(evidence),
+        *_late_signals(evidence),
+    ]
+    worst: Verdict = "trusted"
+    for verdict, _ in objections:
+        if verdict == "rejected" or worst == "trusted":
+            worst = verdict
+    return worst, [notice for _, notice in objections if notice is not None]
+
+
+def _weak_parameters(evidence: Evidence) -> Iterator[Objection]:
+    for p in evidence.parameters:
+        if p.key not in ESSENTIAL:
+            continue
+        if not p.identifiable:
+            yield "rejected", None  # identifiability_notices says it
+        elif p.relative_std_percent > 5.0:
+            text = f"{p.key} is known to {p.relative_std_percent:.0f} % only: {EXPERIMENTS[p.key]}."
+            yield "doubtful", Notice("low_excitation", text)
+
+
+def _poor_reproduction(evidence: Evidence) -> Iterator[Objection]:
+    error, unseen = evidence.error_percent, evidence.validation_percent
+    worst = max(error, unseen)
+    if worst > 15.0:
+        text = f"the model leaves {worst:.0f} % of the torque unexplained: run explain_gap to see what is missing."
+        yield "rejected" if worst > 50.0 else "doubtful", Notice("model_mismatch", text)
+    if unseen > 1.5 * error + 2.0:
+        text = f"the error is {unseen:.1f} % where the fit did not look, {error:.1f} % overall: record longer."
+        yield "doubtful", Notice("validation_gap", text)
+
+
+def _mode_outside_band(evidence: Evidence) -> Iterator[Objection]:
+    if evidence.locked_motor_hz > evidence.band_hz:
+        text = (
+            f"the locked-motor frequency, {evidence.locked_motor_hz:.3g} Hz, lies above the excited band, "
+            f"{evidence.band_hz:.3g} Hz: sweep beyond it."
+        )
+        yield "doubtful", Notice("mode_outside_band", text)
+
+
+def _late_signals(evidence: Evidence) -> Iterator[Objection]:
+    for key, delay in evidence.delays.items():
+        if abs(delay) > evidence.sample_time:
+            text = (
+                f"{SIGNALS[key]} is recorded {1e3 * abs(delay):.2f} ms {'late' if delay > 0 else 'early'} against the "
+                f"motor position, more than a sample ({1e3 * evidence.sample_time:.2f} ms): corrected for, but look at "
+                "the drive's time stamps."
+            )
+            yield "doubtful", Notice(key, text)
