@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ConfigurationError, ExcitationError
-from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
+from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
 from flex_ident.recording import Floats, Recording
 from flex_ident.simulation.motion import MotorMotion, SpectralFilter, motor_motion
 from flex_ident.simulation.response import LinkMotion, direction, link_motion, motor_torque
@@ -79,6 +79,16 @@ def model_of(values: Mapping[str, float], *, rigid: bool, joint: str = "") -> Jo
             effect, name = key.split(".", 1)
             effects.setdefault(effect, {})[name] = value
     return JointModel({k: values[k] for k in base if k in values}, effects, joint)
+
+
+def is_force(key: str) -> bool:
+    """Whether a key scales with force: such keys, all together, leave the link's motion as it is."""
+    if "." in key:
+        effect, name = key.split(".", 1)
+        unit = effect_named(effect).parameter(name).unit
+    else:
+        unit = UNITS.get(key, "")
+    return unit.startswith(("N", "kg"))
 
 
 class FitProblem:
@@ -214,7 +224,9 @@ class FitProblem:
     ) -> tuple[Floats, ...]:
         """Derivative of each residual with respect to `keys`, (m, len(keys)) a channel; forward differences.
 
-        `steps` gives the size of each difference. The simulation is run once a key that moves the link.
+        `steps` gives the size of each difference. The simulation is run once a key that moves the link. All forces
+        on the link scaled together leave its motion as it is: differences must honour that to the last digit, or a
+        precise link encoder would seem to know the scale. What they miss goes into the column of JL.
         """
         base = self.residuals(values)
         columns = [np.empty((r.size, len(keys))) for r in base]
@@ -223,6 +235,10 @@ class FitProblem:
             moved = self.residuals({**values, key: values.get(key, 0.0) + step})
             for column, r0, r1 in zip(columns, base, moved, strict=True):
                 column[:, i] = (r1 - r0) / step
+        scaling = [key for key, value in values.items() if value != 0.0 and is_force(key)]
+        if self.link is not None and "JL" in keys and set(scaling) <= set(keys):
+            excess = sum(values[key] * columns[1][:, keys.index(key)] for key in scaling)
+            columns[1][:, keys.index("JL")] -= excess / values["JL"]
         return tuple(columns)
 
     def restricted(self, usable: Bools) -> FitProblem:

@@ -38,7 +38,7 @@ def settled(usable: NDArray[np.bool_], memory: int) -> NDArray[np.bool_]:
         return usable
     bad = np.cumsum(~usable)
     start = np.concatenate((np.zeros(memory + 1, bad.dtype), bad[: -memory - 1])) if bad.size > memory else bad
-    inside = (bad - start[: bad.size]) == 0
+    inside: NDArray[np.bool_] = (bad - start[: bad.size]) == 0
     inside[:memory] = False
     return inside
 
