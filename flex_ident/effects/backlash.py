@@ -1,0 +1,28 @@
+"""A dead band in the transmission."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.HALF_GAP] += p.get("gap", 0.0) / 2.0
+
+
+BACKLASH = Effect(
+    name="backlash",
+    summary="dead band in the transmission",
+    equation="tau = K dead_band(d, gap / 2)",
+    parameters=(EffectParameter("gap", "rad", "full width of the dead band", lower=0.0),),
+    contribute=_contribute,
+    where="spring",
+    signature="a step of the residual where the deflection crosses zero",
+    bin_by="spring_deflection",
+    confused_with=("nonlinear_stiffness",),
+    separated_by="small amplitude, so that the load crosses zero often",
+    needs_spring=True,
+)

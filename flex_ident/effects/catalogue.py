@@ -1,0 +1,67 @@
+"""All known effects, one line each."""
+
+from __future__ import annotations
+
+from flex_ident.effects.effect import Effect
+from flex_ident.effects.backlash import BACKLASH
+from flex_ident.effects.encoder_skew import ENCODER_SKEW
+from flex_ident.effects.friction_drift import FRICTION_DRIFT
+from flex_ident.effects.gravity import GRAVITY_EFFECT
+from flex_ident.effects.hysteresis import HYSTERESIS
+from flex_ident.effects.joint_damping import JOINT_DAMPING
+from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
+from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
+from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
+from flex_ident.effects.saturation import SATURATION
+from flex_ident.effects.second_mode import SECOND_MODE
+from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
+from flex_ident.effects.time_delay import TIME_DELAY
+from flex_ident.effects.torque_offset import TORQUE_OFFSET
+from flex_ident.effects.torque_ripple import TORQUE_RIPPLE
+from flex_ident.effects.viscous_asymmetry import VISCOUS_ASYMMETRY
+from flex_ident.effects.viscous_nonlinearity import VISCOUS_NONLINEARITY
+from flex_ident.errors import ConfigurationError
+
+CATALOGUE: dict[str, Effect] = {
+    effect.name: effect
+    for effect in (
+        STRIBECK_FRICTION,
+        TORQUE_OFFSET,
+        VISCOUS_ASYMMETRY,
+        VISCOUS_NONLINEARITY,
+        LOAD_DEPENDENT_FRICTION,
+        FRICTION_DRIFT,
+        GRAVITY_EFFECT,
+        NONLINEAR_STIFFNESS,
+        BACKLASH,
+        HYSTERESIS,
+        JOINT_DAMPING,
+        TORQUE_RIPPLE,
+        KINEMATIC_ERROR,
+        TIME_DELAY,
+        ENCODER_SKEW,
+        SATURATION,
+        SECOND_MODE,
+    )
+}
+
+
+def effect_named(name: str) -> Effect:
+    """The effect of that name. Raises ConfigurationError that lists the catalogue."""
+    try:
+        return CATALOGUE[name]
+    except KeyError:
+        raise ConfigurationError(f"unknown effect '{name}': expected one of {', '.join(CATALOGUE)}.") from None
+
+
+def check_effect_parameters(name: str, parameters: dict[str, float]) -> None:
+    """Raise ConfigurationError where a parameter is unknown or outside its physical range."""
+    effect = effect_named(name)
+    known = {p.name: p for p in effect.parameters}
+    for key, value in parameters.items():
+        if key not in known:
+            raise ConfigurationError(f"effect {name} has no parameter '{key}': expected {', '.join(known)}.")
+        if not known[key].lower <= value <= known[key].upper:
+            raise ConfigurationError(
+                f"{name}.{key} is {value}: expected {known[key].lower} to {known[key].upper} {known[key].unit}."
+            )

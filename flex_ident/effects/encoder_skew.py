@@ -1,0 +1,31 @@
+"""Link and motor positions recorded at different times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.LINK_SKEW] += p.get("skew", 0.0)
+
+
+ENCODER_SKEW = Effect(
+    name="encoder_skew",
+    summary="link and motor positions recorded at different times",
+    equation="link position recorded at t is that of t - skew",
+    parameters=(
+        EffectParameter("skew", "s", "time by which the link position is recorded late", lower=-0.1, upper=0.1),
+    ),
+    contribute=_contribute,
+    where="measurement",
+    signature="an error of the link position proportional to its velocity",
+    bin_by="link_velocity",
+    confused_with=("joint_damping",),
+    separated_by="a wide band",
+    needs_spring=True,
+    needs_link=True,
+)

@@ -1,0 +1,27 @@
+"""Friction that changes over the recording (warm-up)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.FRICTION_RATE] += p.get("rate", 0.0)
+
+
+FRICTION_DRIFT = Effect(
+    name="friction_drift",
+    summary="friction changes over the recording (warm-up)",
+    equation="all friction times (1 + rate t)",
+    parameters=(EffectParameter("rate", "1/s", "relative change of all friction in a second", lower=-0.1, upper=0.1),),
+    contribute=_contribute,
+    where="motor",
+    signature="a residual with the sign of the velocity whose size changes with time",
+    bin_by="time",
+    confused_with=("stribeck_friction", "time_delay"),
+    separated_by="repeat the sweep, or run it backwards",
+)

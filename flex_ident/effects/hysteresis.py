@@ -1,0 +1,32 @@
+"""Spring torque that depends on the direction of deflection (Dahl)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.HYSTERESIS_TORQUE] += p.get("torque", 0.0)
+    terms[Term.HYSTERESIS_DEFLECTION] = p.get("deflection", 0.0)
+
+
+HYSTERESIS = Effect(
+    name="hysteresis",
+    summary="spring torque depends on the direction of deflection",
+    equation="tau + torque z, dz/dd = (1 - z sign(d')) / deflection",
+    parameters=(
+        EffectParameter("torque", "N m", "half the height of the loop", lower=0.0),
+        EffectParameter("deflection", "rad", "deflection over which the torque turns round", lower=1e-9),
+    ),
+    contribute=_contribute,
+    where="spring",
+    signature="a loop of the residual over deflection that does not depend on speed",
+    bin_by="spring_deflection",
+    confused_with=("joint_damping",),
+    separated_by="the same loop at two speeds",
+    needs_spring=True,
+)

@@ -1,0 +1,34 @@
+"""Transmission error that is periodic in motor angle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.KINEMATIC_ERROR] += p.get("amplitude", 0.0)
+    terms[Term.KINEMATIC_CYCLES] = p.get("cycles_per_turn", 0.0)
+    terms[Term.KINEMATIC_PHASE] = p.get("phase", 0.0)
+
+
+KINEMATIC_ERROR = Effect(
+    name="kinematic_error",
+    summary="transmission error periodic in motor angle",
+    equation="d = qm + amplitude sin(cycles_per_turn qm + phase) - q",
+    parameters=(
+        EffectParameter("amplitude", "rad", "amplitude of the error", lower=0.0),
+        EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", lower=0.1),
+        EffectParameter("phase", "rad", "phase at position zero"),
+    ),
+    contribute=_contribute,
+    where="spring",
+    signature="a line over motor angle that passes through the spring: it grows at resonance",
+    bin_by="motor_position",
+    confused_with=("torque_ripple",),
+    separated_by="a link encoder, and crossing the resonance at several speeds",
+    needs_spring=True,
+)

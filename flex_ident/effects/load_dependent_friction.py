@@ -1,0 +1,32 @@
+"""Coulomb friction that grows with the transmitted torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.MOTOR_LOAD_FRICTION] += p.get("coefficient", 0.0)
+    terms[Term.LINK_LOAD_FRICTION] += p.get("coefficient_link", 0.0)
+
+
+LOAD_DEPENDENT_FRICTION = Effect(
+    name="load_dependent_friction",
+    summary="Coulomb friction grows with transmitted torque",
+    equation="coefficient abs(tau) sign(v)",
+    parameters=(
+        EffectParameter("coefficient", "1", "share of the transmitted torque that is lost as friction", lower=0.0),
+        EffectParameter("coefficient_link", "1", "the same on the link", lower=0.0),
+    ),
+    contribute=_contribute,
+    where="motor",
+    signature="a residual proportional to the transmitted torque's size, with the sign of the velocity",
+    bin_by="transmitted_torque",
+    confused_with=("nonlinear_stiffness", "time_delay", "friction_drift"),
+    separated_by="a payload, or another amplitude",
+    needs_spring=True,
+)

@@ -1,0 +1,30 @@
+"""A spring that hardens or softens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.CUBIC_STIFFNESS] += p.get("cubic", 0.0)
+
+
+NONLINEAR_STIFFNESS = Effect(
+    name="nonlinear_stiffness",
+    summary="hardening or softening spring",
+    equation="tau + cubic d^3",
+    parameters=(
+        EffectParameter("cubic", "N m/rad^3", "third-order coefficient of the spring, negative where it softens"),
+    ),
+    contribute=_contribute,
+    where="spring",
+    signature="a residual odd in deflection that grows with its cube",
+    bin_by="spring_deflection",
+    confused_with=("load_dependent_friction", "backlash"),
+    separated_by="two amplitudes",
+    needs_spring=True,
+)

@@ -1,0 +1,35 @@
+"""Friction that falls as speed rises from zero (Stribeck)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.MOTOR_STRIBECK] += p.get("amplitude", 0.0)
+    terms[Term.MOTOR_STRIBECK_VELOCITY] = p.get("velocity", 0.0)
+    terms[Term.LINK_STRIBECK] += p.get("amplitude_link", 0.0)
+    terms[Term.LINK_STRIBECK_VELOCITY] = p.get("velocity_link", 0.0)
+
+
+STRIBECK_FRICTION = Effect(
+    name="stribeck_friction",
+    summary="friction falls as speed rises from zero",
+    equation="amplitude exp(-(v / velocity)^2) sign(v)",
+    parameters=(
+        EffectParameter("amplitude", "N m", "excess of dry friction at standstill", lower=0.0),
+        EffectParameter("velocity", "rad/s", "speed at which the excess has fallen to 1/e", lower=1e-9),
+        EffectParameter("amplitude_link", "N m", "the same on the link", lower=0.0),
+        EffectParameter("velocity_link", "rad/s", "the same on the link", lower=1e-9),
+    ),
+    contribute=_contribute,
+    where="motor",
+    signature="peaks of torque just after each reversal, odd in velocity, gone at speed",
+    bin_by="motor_velocity",
+    confused_with=("viscous_nonlinearity",),
+    separated_by="slow and fast motion at constant speed",
+)

@@ -1,0 +1,27 @@
+"""Torque or command recorded early or late against position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.TORQUE_DELAY] += p.get("delay", 0.0)
+
+
+TIME_DELAY = Effect(
+    name="time_delay",
+    summary="torque or command recorded early or late against position",
+    equation="torque recorded at t is that of t - delay",
+    parameters=(EffectParameter("delay", "s", "time by which the torque is recorded late", lower=-0.1, upper=0.1),),
+    contribute=_contribute,
+    where="measurement",
+    signature="a phase of the residual that grows with frequency",
+    bin_by="frequency",
+    confused_with=("friction_drift", "joint_damping"),
+    separated_by="a wide band",
+)

@@ -1,0 +1,27 @@
+"""A constant torque, or Coulomb friction that differs between directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.OFFSET] += p.get("offset", 0.0)
+
+
+TORQUE_OFFSET = Effect(
+    name="torque_offset",
+    summary="constant torque, or Coulomb friction that differs between directions",
+    equation="offset",
+    parameters=(EffectParameter("offset", "N m", "constant motor torque"),),
+    contribute=_contribute,
+    where="motor",
+    signature="a constant residual, the same in both directions",
+    bin_by="velocity_sign",
+    confused_with=("gravity",),
+    separated_by="a large range of positions, and standstill from both sides",
+)

@@ -1,0 +1,33 @@
+"""Torque that is periodic in motor angle: cogging, gear mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.RIPPLE] += p.get("amplitude", 0.0)
+    terms[Term.RIPPLE_CYCLES] = p.get("cycles_per_turn", 0.0)
+    terms[Term.RIPPLE_PHASE] = p.get("phase", 0.0)
+
+
+TORQUE_RIPPLE = Effect(
+    name="torque_ripple",
+    summary="torque periodic in motor angle (cogging, gear mesh)",
+    equation="amplitude sin(cycles_per_turn qm + phase)",
+    parameters=(
+        EffectParameter("amplitude", "N m", "amplitude of the ripple", lower=0.0),
+        EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", lower=0.1),
+        EffectParameter("phase", "rad", "phase at position zero"),
+    ),
+    contribute=_contribute,
+    where="motor",
+    signature="a line in the spectrum of the residual over motor angle",
+    bin_by="motor_position",
+    confused_with=("kinematic_error",),
+    separated_by="several speeds",
+)

@@ -1,0 +1,33 @@
+"""Viscous friction that differs between directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
+    terms[Term.MOTOR_VISCOUS_ASYMMETRY] += p.get("coefficient", 0.0)
+    terms[Term.LINK_VISCOUS_ASYMMETRY] += p.get("coefficient_link", 0.0)
+
+
+VISCOUS_ASYMMETRY = Effect(
+    name="viscous_asymmetry",
+    summary="viscous coefficient that differs between directions",
+    equation="coefficient abs(v)",
+    parameters=(
+        EffectParameter(
+            "coefficient", "N m s/rad", "half the difference of the viscous coefficients of both directions"
+        ),
+        EffectParameter("coefficient_link", "N m s/rad", "the same on the link"),
+    ),
+    contribute=_contribute,
+    where="motor",
+    signature="a residual even in velocity that grows with speed",
+    bin_by="motor_velocity",
+    confused_with=("torque_ripple", "torque_offset"),
+    separated_by="constant speeds in both directions",
+)
