@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from flex_ident.effects.effect import Effect
 from flex_ident.effects.backlash import BACKLASH
+from flex_ident.effects.effect import Effect
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
