@@ -1,0 +1,62 @@
+"""What every kind of bag looks like from outside: topics, and blocks of raw messages in the order of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.recording import Notice
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic: its message type (`sensor_msgs/msg/JointState`) and the definition embedded in the bag, if any."""
+
+    name: str
+    message_type: str
+    definition: str = ""
+    definition_format: str = "msg"
+
+
+@dataclass(frozen=True)
+class Block:
+    """Messages of one topic: receive times (k,), ns; payload i is `buffer[starts[i] : starts[i] + lengths[i]]`."""
+
+    topic: str
+    received: NDArray[np.int64]
+    buffer: NDArray[np.uint8]
+    starts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+
+    def payload(self, i: int) -> bytes:
+        """The bytes of message i."""
+        return self.buffer[self.starts[i] : self.starts[i] + self.lengths[i]].tobytes()
+
+
+class Storage(Protocol):
+    """An opened bag."""
+
+    ros1: bool
+
+    def topics(self) -> tuple[Topic, ...]:
+        """The topics that the bag holds."""
+        ...
+
+    def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
+        """The messages of the wanted topics, in blocks of bounded size."""
+        ...
+
+    def notices(self) -> tuple[Notice, ...]:
+        """What could not be read, complete only after `blocks` ran to its end."""
+        ...
+
+
+def block_of(topic: str, received: list[int], payloads: list[bytes]) -> Block:
+    """One block from single messages."""
+    lengths = np.array([len(p) for p in payloads], np.int64)
+    starts = np.concatenate((np.zeros(1, np.int64), np.cumsum(lengths)))[:-1]
+    return Block(topic, np.array(received, np.int64), np.frombuffer(b"".join(payloads), np.uint8), starts, lengths)
