@@ -1,0 +1,73 @@
+"""`flex_ident design-filter`: eqs. 22 to 29 with numbers, and Figure 1."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from flex_ident.filtering.design import FilterDesign, difference_magnitude, filter_design, lowpass_magnitude
+
+
+def design_text(design: FilterDesign) -> str:
+    """The design in words and numbers, one item a line."""
+    return "\n".join(
+        [
+            f"first mode              {design.first_mode_hz:.4g} Hz",
+            f"highest derivative      {design.derivative_order}",
+            f"filter order (one pass) {design.order}",
+            f"bandwidth               {design.bandwidth_rad_s:.2f} rad/s",
+            f"Butterworth cutoff      {design.cutoff_rad_s:.2f} rad/s (eq. 28)",
+            f"sampling rate needed    {design.required_rate_hz:.1f} Hz (eq. 29)",
+            f"sampling rate           {design.sample_rate_hz:.2f} Hz",
+            f"decimation              keep one sample in {design.decimation}, cutoff {design.decimation_cutoff_hz:.2f} Hz",
+        ]
+    )
+
+
+def draw_figure_1(design: FilterDesign, path: Path) -> None:
+    """Figure 1 of the paper as a PNG: low-pass, central differences and their product over frequency."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    nyquist = math.pi * design.sample_rate_hz
+    omega = np.geomspace(0.01 * nyquist, 0.999 * nyquist, 400)
+    low = lowpass_magnitude(omega, design.cutoff_rad_s, design.order)
+    nd = design.derivative_order
+    difference = difference_magnitude(omega, design.sample_rate_hz, nd)
+    figure = Figure(figsize=(7, 4.5))
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.loglog(omega, low, label="Butterworth, forward and back (eq. 25)")
+    axes.loglog(omega, omega**nd * difference, label=f"{nd} central differences (eq. 24)")
+    axes.loglog(omega, omega**nd * difference * low, label="band-limited derivative (eq. 26)")
+    axes.axvline(design.bandwidth_rad_s, color="grey", linestyle=":", label="bandwidth")
+    axes.set_xlabel("rad/s")
+    axes.set_ylabel("magnitude")
+    axes.set_ylim(1e-4, None)
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=120)
+
+
+def design_filter(
+    first_mode_hz: float,
+    *,
+    derivative_order: int = 2,
+    order: int | None = None,
+    sample_rate_hz: float | None = None,
+    edge_gain: float = math.sqrt(0.5),
+    ratio: float = 1.0,
+    decimation: int | None = None,
+    figure: Path | None = None,
+) -> str:
+    """Text of the design for a first mode; Figure 1 is drawn to `figure` when given. Raises UsageError."""
+    design = filter_design(
+        first_mode_hz, derivative_order=derivative_order, order=order, sample_rate_hz=sample_rate_hz,
+        edge_gain=edge_gain, ratio=ratio, decimation=decimation,
+    )  # fmt: skip
+    if figure is not None:
+        figure.parent.mkdir(parents=True, exist_ok=True)
+        draw_figure_1(design, figure)
+    return design_text(design)

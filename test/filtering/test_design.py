@@ -1,0 +1,31 @@
+"""The filter numbers of section 4 of the paper."""
+
+import pytest
+
+from flex_ident.commands.design_filter import design_filter
+from flex_ident.errors import UsageError
+from flex_ident.filtering import butterworth_cutoff_rad_s, filter_design, sampling_rate_hz
+
+BANDWIDTH = 6 * 2 * 3.141592653589793 * 3.9
+
+
+@pytest.mark.parametrize(("nd", "order", "cutoff", "rate"), [(2, 4, 181.04, 205.7), (4, 6, 168.91, 289.6)])
+def test_section_4(nd: int, order: int, cutoff: float, rate: float) -> None:
+    assert butterworth_cutoff_rad_s(BANDWIDTH / 1.0, order) == pytest.approx(cutoff, abs=0.3)
+    assert sampling_rate_hz(BANDWIDTH, nd) == pytest.approx(rate, abs=0.3)
+
+
+def test_decimation_of_section_4() -> None:
+    design = filter_design(3.9, derivative_order=2, sample_rate_hz=350.87)
+    assert design.decimation == 26
+    assert design.decimation_cutoff_hz == pytest.approx(5.4, abs=0.01)
+
+
+def test_figure_1_is_drawn(tmp_path) -> None:
+    assert "eq. 28" in design_filter(3.9, figure=tmp_path / "figure_1.png")
+    assert (tmp_path / "figure_1.png").stat().st_size > 5000
+
+
+def test_refuses_a_mode_of_zero() -> None:
+    with pytest.raises(UsageError, match="first mode"):
+        filter_design(0.0, derivative_order=2)
