@@ -25,7 +25,7 @@ def _zstd() -> Callable[[bytes], bytes]:
         raise BagError(
             "the bag is compressed with zstd and no zstd library is installed: pip install rosbags."
         ) from error
-    return lambda data: library.ZstdDecompressor().decompressobj().decompress(data)  # type: ignore[no-any-return]
+    return lambda data: library.ZstdDecompressor().decompressobj().decompress(data)
 
 
 def decompressed(data: memoryview, compression: str, size: int) -> NDArray[np.uint8]:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.band import excited_band_hz
 from flex_ident.estimation.covariance import Uncertainty, uncertainty_of
 from flex_ident.estimation.fit import Fit, Prior, SimulationFit
 from flex_ident.estimation.nuisances import measurement_priors
 from flex_ident.estimation.problem import Bools, FitProblem
 from flex_ident.estimation.start import scanned_start
+from flex_ident.filtering.band import excited_band_hz
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS
 from flex_ident.recording import Recording
 

@@ -14,6 +14,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.problem import Bools, model_of, values_of
 from flex_ident.estimation.verdict import SIGNALS, Evidence, identifiability_notices, is_identifiable, judged
 from flex_ident.filtering import first_mode
+from flex_ident.filtering.spectral import ORDER
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     UNITS,
@@ -27,7 +28,6 @@ from flex_ident.parameters import (
 )
 from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression import identify_linear
-from flex_ident.simulation.motion import ORDER
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]

@@ -12,9 +12,10 @@ from scipy import ndimage
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ConfigurationError, ExcitationError
+from flex_ident.filtering.spectral import SpectralFilter
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
 from flex_ident.recording import Floats, Recording
-from flex_ident.simulation.motion import MotorMotion, SpectralFilter, motor_motion
+from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, direction, link_motion, motor_torque
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
 

@@ -25,7 +25,7 @@ from flex_ident.parameters import (
     Sensors,
     TorqueCurves,
 )
-from flex_ident.recording import Floats, Notice, Recording
+from flex_ident.recording import Floats, Recording
 from flex_ident.regression.inversion import PHYSICAL, table_3, weighted_inversion
 from flex_ident.regression.least_squares import LinearFit, least_squares
 from flex_ident.regression.models import Equations, both_positions, motor_only, rigid
@@ -62,9 +62,7 @@ def identify_linear(
         raise UsageError(f"method is '{method}': expected paper or weighted.")
     _check_signals(recording, sensors)
     mode = first_mode(recording, hint_hz=first_mode_hz)
-    kind: Literal["rigid", "both", "motor"] = (
-        "rigid" if rigid else ("both" if sensors == "motor+link" else "motor")
-    )
+    kind: Literal["rigid", "both", "motor"] = "rigid" if rigid else ("both" if sensors == "motor+link" else "motor")
     band = excited_band_hz(recording)
     design = _design(recording, kind, mode, band, first_mode_hz, order, decimation)
     if method == "paper":
@@ -91,7 +89,11 @@ def identify_linear(
         return 100.0 * float(np.linalg.norm((torque - prediction)[rows])) / size if size else math.inf
 
     quality = FitQuality(
-        count, fit.condition_number, fit.rank, relative(motor @ fit.values, np.ones(count, bool)), relative(unseen, held)
+        count,
+        fit.condition_number,
+        fit.rank,
+        relative(motor @ fit.values, np.ones(count, bool)),
+        relative(unseen, held),
     )
     measurement = _measurement(fit)
     verdict, notices = judged(
@@ -136,13 +138,11 @@ def _design(
         found = band_hz / 6.0
     derivatives = 4 if kind == "motor" else 2
     rate = recording.sample_rate_hz
-    design = filter_design(
-        found, derivative_order=derivatives, order=order, sample_rate_hz=rate, decimation=decimation
-    )
+    design = filter_design(found, derivative_order=derivatives, order=order, sample_rate_hz=rate, decimation=decimation)
     if kind == "motor" and design.required_rate_hz > rate:
         raise ExcitationError(
-            f"sampling at {rate:.4g} Hz is too slow for four derivatives at a first mode of {found:.3g} Hz: eq. 29 asks "
-            f"for {design.required_rate_hz:.0f} Hz. Record faster, or use --method auto."
+            f"sampling at {rate:.4g} Hz is too slow for four derivatives at a first mode of {found:.3g} Hz: eq. 29 "
+            f"asks for {design.required_rate_hz:.0f} Hz. Record faster, or use --method auto."
         )
     return design
 

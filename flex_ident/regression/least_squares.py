@@ -63,7 +63,9 @@ def least_squares(matrix: Floats, target: Floats, names: Sequence[str], *, lag: 
     scaled = matrix / scale
     u, singular, vectors = linalg.svd(scaled, full_matrices=False)
     kept = singular > WEAK * singular[0]
-    undetermined = [tuple(names[i] for i in np.flatnonzero(np.abs(vector) > STRONG_SHARE)) for vector in vectors[~kept]]
+    undetermined = [
+        tuple(names[int(i)] for i in np.flatnonzero(np.abs(vector) > STRONG_SHARE)) for vector in vectors[~kept]
+    ]
     solution = vectors[kept].T @ ((u[:, kept].T @ target) / singular[kept])
     residual = target - scaled @ solution
     bread = (vectors[kept].T / singular[kept] ** 2) @ vectors[kept]

@@ -38,7 +38,9 @@ def judged(
             text = f"{p.key} is not determined by this recording (± {p.std:.2g} {p.unit})."
             (rejected if p.key in ESSENTIAL else said).append(Notice("not_identifiable", text))
         elif p.key in ESSENTIAL and p.relative_std_percent > 5.0:
-            text = f"{p.key} is known to {p.relative_std_percent:.0f} % only: sweep through the resonance with a payload."
+            text = (
+                f"{p.key} is known to {p.relative_std_percent:.0f} % only: sweep through the resonance with a payload."
+            )
             doubtful.append(Notice("low_excitation", text))
     worst = max(quality.relative_error_percent, quality.validation_relative_error_percent)
     if not worst < 15.0:

@@ -4,81 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from scipy import fft
-
-from flex_ident.errors import ExcitationError
+from flex_ident.filtering.spectral import SpectralFilter
 from flex_ident.recording import Floats
-
-EXTENSION_S = 2.0
-"""Time by which a signal is continued at both ends before it is filtered, s."""
-ORDER = 6
-"""Order m of the zero-phase low-pass of eq. 25 used throughout the simulation-based estimation."""
-
-
-def lowpass_response(frequency_hz: Floats, cutoff_hz: float, order: int = ORDER) -> Floats:
-    """Magnitude (m,) of the forward and reverse Butterworth filter: eq. 25 of the paper."""
-    response: Floats = 1.0 / (1.0 + (frequency_hz / cutoff_hz) ** (2 * order))
-    return response
-
-
-class SpectralFilter:
-    """A zero-phase low-pass with derivatives and change of rate, for signals (n,) of one length and rate.
-
-    The signal is continued at both ends by its point reflection, so that value and slope stay continuous; what is
-    wrong is confined to about a period of the cutoff at each edge. `upsampling` gives that many output samples for
-    each input sample: outputs have (n - 1) * upsampling + 1 samples.
-    """
-
-    def __init__(self, n: int, sample_rate_hz: float, cutoff_hz: float, *, upsampling: int = 1) -> None:
-        if n < 16:
-            raise ExcitationError(f"{n} samples are too few to filter: record at least a few seconds.")
-        self.n = n
-        self.upsampling = upsampling
-        self._rate = sample_rate_hz
-        self._extension = min(n - 1, max(8, round(EXTENSION_S * sample_rate_hz)))
-        self._length = fft.next_fast_len(n + 2 * self._extension, real=True)
-        self._frequency: Floats = fft.rfftfreq(self._length, 1.0 / sample_rate_hz)
-        self._response = lowpass_response(self._frequency, cutoff_hz)
-
-    def __call__(
-        self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0
-    ) -> tuple[Floats, ...]:
-        """The filtered signal's `derivatives`, one array ((n - 1) * upsampling + 1,) each, in units per s^k.
-
-        `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative.
-        """
-        e, n, length = self._extension, self.n, self._length
-        line = np.linspace(signal[0], signal[-1], n)
-        flat = signal - line
-        slope = (signal[-1] - signal[0]) / max(n - 1, 1)
-        extended = np.zeros(length)
-        extended[e : e + n] = flat
-        extended[:e] = -flat[e:0:-1]
-        extended[e + n : 2 * e + n] = -flat[-2 : -e - 2 : -1]
-        # Both ends come down to zero, which is where the padding up to the FFT's length lies.
-        ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(e) / e)
-        extended[:e] *= ramp
-        extended[e + n : 2 * e + n] *= ramp[::-1]
-        spectrum = fft.rfft(extended) * self._response
-        if delay != 0.0:
-            spectrum *= np.exp(-2j * np.pi * self._frequency * delay)
-        if curvature != 0.0:
-            spectrum *= 1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2
-        u = self.upsampling
-        start = e * u
-        count = (n - 1) * u + 1
-        outputs = []
-        for order in derivatives:
-            shaped = spectrum * (2j * np.pi * self._frequency) ** order if order else spectrum
-            fine = fft.irfft(shaped, length) if u == 1 else fft.irfft(shaped, length * u) * u
-            result = fine[start : start + count].copy()
-            if order == 0:
-                result += signal[0] + slope / u * np.arange(count) - slope * delay * self._rate
-            elif order == 1:
-                result += slope * self._rate
-            outputs.append(result)
-        return tuple(outputs)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,51 @@
+"""What a user can ask of a search for the gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flex_ident.effects import effect_named
+from flex_ident.errors import UsageError
+from flex_ident.estimation.options import SENSORS
+from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
+
+
+@dataclass(frozen=True)
+class GapOptions:
+    """Options of `explain_gap`, as INTERFACE.md names them. Raises UsageError and ConfigurationError.
+
+    `without`: base parameters to drop. `effects`: names the catalogue is restricted to, all when empty. `add`:
+    effects put in by hand before the search. `model`: the base whose gap is sought. `first_mode_hz`: the
+    locked-motor frequency, if known.
+    """
+
+    sensors: str = "auto"
+    rigid: bool = False
+    without: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
+    add: tuple[str, ...] = ()
+    model: JointModel | None = None
+    first_mode_hz: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.sensors not in SENSORS:
+            raise UsageError(f"sensors is '{self.sensors}': expected one of {', '.join(SENSORS)}.")
+        for name in (*self.effects, *self.add):
+            effect_named(name)
+        essential = ("J",) if self.rigid else ("Jm", "K", "JL")
+        known = [k for k in self.base_catalogue if k not in essential]
+        for key in self.without:
+            if key not in known:
+                raise UsageError(f"--without {key}: expected one of {', '.join(known)}.")
+        if self.model is not None and self.model.rigid != self.rigid:
+            raise UsageError(
+                "the model is of a rigid joint: add --rigid." if self.model.rigid else
+                "the model has a spring: leave --rigid out."
+            )  # fmt: skip
+
+    @property
+    def base_catalogue(self) -> tuple[str, ...]:
+        """Base keys of the kind of joint: eq. 11, or J, FV, FS of a rigid one. A constant torque is an effect."""
+        if self.rigid:
+            return tuple(k for k in RIGID_KEYS if k not in ("offset", "MX", "MY"))
+        return tuple(k for k in FLEXIBLE_KEYS if k != "offset")
