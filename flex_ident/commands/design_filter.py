@@ -21,7 +21,7 @@ def design_text(design: FilterDesign) -> str:
             f"Butterworth cutoff      {design.cutoff_rad_s:.2f} rad/s (eq. 28)",
             f"sampling rate needed    {design.required_rate_hz:.1f} Hz (eq. 29)",
             f"sampling rate           {design.sample_rate_hz:.2f} Hz",
-            f"decimation              one sample in {design.decimation} kept, cutoff {design.decimation_cutoff_hz:.2f} Hz",
+            f"decimation              {design.decimation}, cutoff {design.decimation_cutoff_hz:.2f} Hz",
         ]
     )
 

@@ -1,0 +1,148 @@
+"""What all commands share: one-line errors, exit statuses, shared options, the progress bar."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
+
+from flex_ident import __version__
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Setting, Value
+from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
+
+REJECTED = 4
+"""Exit status of a result that must not be trusted."""
+Progress = Callable[[float], None]
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message}. See {self.prog} --help.")
+
+
+def command_parser(prog: str, description: str) -> Parser:
+    """A parser with `--version`."""
+    parser = Parser(prog=prog, description=description, allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"flex_ident {__version__}")
+    return parser
+
+
+def exit_status(prog: str, body: Callable[[], int]) -> int:
+    """Run a command's body; every failure becomes one line on standard error and its exit status.
+
+    FLEX_IDENT_DEBUG=1 lets the traceback through, for developers.
+    """
+    try:
+        status = body()
+        sys.stdout.flush()
+        return status
+    except FlexIdentError as error:
+        print(f"{prog}: {one_line(error)}", file=sys.stderr)
+        return error.exit_status
+    except KeyboardInterrupt:
+        print(f"{prog}: stopped; nothing was written.", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except MemoryError:
+        print(f"{prog}: not enough memory for this recording.", file=sys.stderr)
+        return 3
+    except Exception as error:
+        if os.environ.get("FLEX_IDENT_DEBUG"):
+            raise
+        kind = type(error).__name__
+        print(f"{prog}: internal error ({kind}: {one_line(error)}): please report it; FLEX_IDENT_DEBUG=1 shows where.",
+              file=sys.stderr)  # fmt: skip
+        return 3
+
+
+def one_line(error: BaseException) -> str:
+    """The message of an error on one line."""
+    return " ".join(str(error).split())
+
+
+def add_settings(parser: argparse.ArgumentParser, settings: Sequence[Setting] = IDENTIFY_SETTINGS) -> None:
+    """One option a setting, each None when not given, and `--config`."""
+    parser.add_argument("--config", metavar="FILE", type=Path, help="YAML of settings; options win over it")
+    for s in settings:
+        if isinstance(s.default, bool):
+            parser.add_argument(s.option, dest=s.key, action="store_true", default=None, help=s.description)
+        else:
+            shown = s.metavar or ("|".join(s.choices) if s.choices else s.key.upper())
+            parser.add_argument(s.option, dest=s.key, metavar=shown, default=None, help=s.description)
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """`--json`, `--quiet` and `--no-plots`."""
+    parser.add_argument("--json", action="store_true", help="the result, and nothing else, on standard output")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    parser.add_argument("--no-plots", action="store_true", help="write no plots and no report.html")
+
+
+def given_settings(
+    arguments: argparse.Namespace, settings: Sequence[Setting] = IDENTIFY_SETTINGS, *, node: str = "identifier"
+) -> dict[str, Value]:
+    """Defaults, then the configuration file, then the options. Raises ConfigurationError and UsageError."""
+    values: dict[str, Value] = {s.key: s.default for s in settings}
+    if arguments.config is not None:
+        from flex_ident.configuration import read_settings
+
+        values.update(read_settings(arguments.config, settings, node=node, others=NODE_KEYS))
+    for s in settings:
+        text = getattr(arguments, s.key)
+        if text is not None:
+            values[s.key] = _from_command_line(s, text)
+    return values
+
+
+NODE_KEYS = ("bag", "bag_directories", "without", "effects", "add", "simulated", "use_sim_time")
+"""Keys of the identifier node that a shared file may hold."""
+
+
+def _from_command_line(setting: Setting, text: Any) -> Value:
+    value = text
+    if isinstance(setting.default, float):
+        try:
+            value = float(text)
+        except ValueError:
+            raise UsageError(f"{setting.option} is {text!r}: expected {setting.range_text}.") from None
+    try:
+        return setting.checked(value, "command line")
+    except ConfigurationError:
+        raise UsageError(f"{setting.option} is {text!r}: expected {setting.range_text}.") from None
+
+
+def output_folder(values: Mapping[str, Value], bag: Path, joint: str, *, many: bool = False) -> Path:
+    """Where results go: `out`, with the joint's name below it when there are several, or the default."""
+    name = joint.replace("/", "_") or "joint"
+    if values["out"]:
+        base = Path(str(values["out"])).expanduser()
+        return base / name if many else base
+    stem = bag.resolve().name
+    for suffix in (".zstd", ".mcap", ".db3", ".bag"):
+        stem = stem.removesuffix(suffix)
+    return Path("flex_ident_results") / f"{stem}_{name}"
+
+
+@contextmanager
+def progress_bar(text: str, *, shown: bool) -> Iterator[Progress]:
+    """A function that takes the share done, 0 to 1; a bar appears when it takes longer than a second."""
+    if not shown or not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from tqdm import tqdm
+
+    form = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}"
+    with tqdm(total=1.0, desc=text, delay=1.0, leave=False, bar_format=form, file=sys.stderr) as bar:
+
+        def report(share: float) -> None:
+            bar.update(max(0.0, min(1.0, share) - bar.n))
+
+        yield report

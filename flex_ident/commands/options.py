@@ -1,0 +1,46 @@
+"""Settings, already checked one by one, as the options that the stages take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from flex_ident.bags import SignalSelection
+from flex_ident.configuration.settings import Value
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.parameters import JointModel, read_joint_model
+
+
+def _text(values: Mapping[str, Value], key: str) -> str | None:
+    return str(values[key]) if values.get(key) else None
+
+
+def signal_selection(values: Mapping[str, Value]) -> SignalSelection:
+    """Which signals to read. Raises UsageError."""
+    return SignalSelection(
+        joint=_text(values, "joint"),
+        motor_position=_text(values, "motor_position"),
+        link_position=_text(values, "link_position"),
+        effort=_text(values, "effort"),
+        reference=_text(values, "reference"),
+        effort_scale=float(values["effort_scale"]),
+        gear_ratio=float(values["gear_ratio"]),
+        sensors=str(values["sensors"]),
+    )
+
+
+def given_model(values: Mapping[str, Value]) -> JointModel | None:
+    """The model file's content, if one was given. Raises ConfigurationError."""
+    path = _text(values, "model")
+    return read_joint_model(Path(path).expanduser()) if path else None
+
+
+def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
+    """How to identify. Raises UsageError and ConfigurationError."""
+    return IdentifyOptions(
+        sensors=str(values["sensors"]),
+        method=str(values["method"]),
+        rigid=bool(values["rigid"]),
+        first_mode_hz=float(values["first_mode_hz"]) or None,
+        model=given_model(values),
+    )

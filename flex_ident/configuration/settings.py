@@ -1,0 +1,86 @@
+"""Every setting of an identification once: key, type, range and description, for command line, YAML and node."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flex_ident.errors import ConfigurationError
+
+Value = str | float | bool
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A setting: `key` as in YAML; its default says its type (text, number, yes or no).
+
+    Numbers lie in `lower` to `upper`, texts among `choices` where there are any. An empty text and a number of 0 mean
+    'not given' where the default is that.
+    """
+
+    key: str
+    default: Value
+    description: str
+    choices: tuple[str, ...] = ()
+    lower: float = -math.inf
+    upper: float = math.inf
+    metavar: str = ""
+
+    @property
+    def option(self) -> str:
+        """The option on the command line."""
+        return "--" + self.key.removesuffix("_hz").replace("_", "-")
+
+    @property
+    def range_text(self) -> str:
+        """What is allowed, in words."""
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
+        if isinstance(self.default, bool):
+            return "true or false"
+        if isinstance(self.default, str):
+            return "a text"
+        if math.isinf(self.lower) and math.isinf(self.upper):
+            return "a number"
+        return f"a number from {self.lower:g} to {self.upper:g}"
+
+    def checked(self, value: object, where: str) -> Value:
+        """`value` in the setting's type. Raises ConfigurationError that names `where` and what is allowed."""
+        problem = ConfigurationError(f"{where}: {self.key} is {value!r}: expected {self.range_text}.")
+        if isinstance(self.default, bool):
+            if not isinstance(value, bool):
+                raise problem
+            return value
+        if isinstance(self.default, str):
+            if not isinstance(value, str) or (self.choices and value not in self.choices):
+                raise problem
+            return value
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise problem
+        if not self.lower <= value <= self.upper:
+            raise problem
+        return float(value)
+
+
+PLACE = "TOPIC[:NAME[.FIELD]]"
+
+IDENTIFY_SETTINGS: tuple[Setting, ...] = (
+    Setting("joint", "", "the joint to identify; 'all' for each that moves; without it the only joint that moves"),
+    Setting("motor_position", "", "where the motor position is", metavar=PLACE),
+    Setting("link_position", "", "where the link position is", metavar=PLACE),
+    Setting("effort", "", "where the effort is", metavar=PLACE),
+    Setting("reference", "", "where the commanded position is", metavar=PLACE),
+    Setting("effort_scale", 1.0, "N m per recorded unit of effort (torque constant x gear ratio); negative turns the "
+            "sign", lower=-1e6, upper=1e6, metavar="X"),
+    Setting("gear_ratio", 1.0, "motor turns per link turn, when the motor position is on the motor shaft",
+            lower=-1e5, upper=1e5, metavar="N"),
+    Setting("sensors", "auto", "which model: motor position alone, or motor and link position",
+            choices=("auto", "motor", "motor+link")),
+    Setting("method", "auto", "auto: the best there is; paper: the 2001 paper to the letter; weighted: its equations "
+            "with clean preprocessing and weights", choices=("auto", "paper", "weighted")),
+    Setting("rigid", False, "no spring: J, FV, FS, offset"),
+    Setting("first_mode_hz", 0.0, "the first natural frequency, if known; otherwise it is found", lower=0.0, upper=1e4,
+            metavar="HZ"),
+    Setting("model", "", "a model.yaml to start from", metavar="FILE"),
+    Setting("out", "", "where to write; default ./flex_ident_results/BAGNAME_JOINT", metavar="DIR"),
+)  # fmt: skip

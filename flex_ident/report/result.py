@@ -1,0 +1,88 @@
+"""`result.json`: the public form of an identification."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from flex_ident import __version__
+from flex_ident.parameters import Identification, Parameter
+from flex_ident.recording import Recording
+
+SCHEMA = "flex_ident/result/1"
+
+
+def finite(value: float) -> float | None:
+    """The number, or None where JSON has no word for it."""
+    return float(value) if math.isfinite(value) else None
+
+
+def parameters_content(parameters: Iterable[Parameter]) -> dict[str, Any]:
+    """Parameters by key, each with its uncertainty, unit and whether the data determine it."""
+    content: dict[str, Any] = {}
+    for p in parameters:
+        low, high = p.interval
+        content[p.key] = {
+            "value": finite(p.value), "std": finite(p.std), "ci95": [finite(low), finite(high)],
+            "relative_std_percent": finite(p.relative_std_percent), "unit": p.unit, "identifiable": p.identifiable,
+        }  # fmt: skip
+        if p.at_bound:
+            content[p.key]["at_bound"] = True
+    return content
+
+
+def sampling_content(recording: Recording) -> list[dict[str, Any]]:
+    """How each channel was sampled and what was done to it."""
+    return [
+        {
+            "signal": s.role, "source": s.source, "clock": s.clock, "samples": s.samples, "rate_hz": finite(s.rate_hz),
+            "jitter_percent": finite(s.jitter_percent), "lost_percent": finite(s.lost_percent),
+            "longest_gap_s": finite(s.longest_gap_s), "skew_s": finite(s.skew_s),
+            "dropped_nonfinite": s.dropped_nonfinite, "dropped_duplicates": s.dropped_duplicates,
+            "dropped_backwards": s.dropped_backwards,
+        }
+        for s in recording.sampling
+    ]  # fmt: skip
+
+
+def result_content(result: Identification, recording: Recording) -> dict[str, Any]:
+    """The content of `result.json` (schema flex_ident/result/1 of INTERFACE.md)."""
+    content: dict[str, Any] = {
+        "schema": SCHEMA, "flex_ident_version": __version__, "joint": result.joint,
+        "bag": {"path": recording.path, "sha256": recording.sha256},
+        "sensors": result.sensors, "method": result.method, "verdict": result.verdict,
+        "parameters": parameters_content(result.parameters),
+        "combined": parameters_content(result.combined),
+        "derived": numbers(result.derived),
+        "measurement": parameters_content(result.measurement),
+        "fit": {
+            "samples": result.fit.samples, "condition_number": finite(result.fit.condition_number),
+            "rank": result.fit.rank, "relative_error_percent": finite(result.fit.relative_error_percent),
+            "validation_relative_error_percent": finite(result.fit.validation_relative_error_percent),
+        },
+        "recording": {
+            "duration_s": float(recording.time[-1]) if recording.time.size else 0.0,
+            "sample_rate_hz": recording.sample_rate_hz, "channels": sampling_content(recording),
+        },
+        "warnings": [{"code": n.code, "message": n.message} for n in result.notices],
+    }  # fmt: skip
+    if result.filter is not None:
+        f = result.filter
+        content["filter"] = {
+            "bandwidth_rad_s": f.bandwidth_rad_s, "cutoff_rad_s": f.cutoff_rad_s, "order": f.order,
+            "sample_rate_hz": f.sample_rate_hz, "decimation": f.decimation,
+        }  # fmt: skip
+    if result.cutoff_sweep is not None:
+        sweep = result.cutoff_sweep
+        content["cutoff_sweep"] = {
+            "cutoff_rad_s": sweep.cutoff_rad_s.tolist(),
+            "values": {k: [finite(x) for x in v] for k, v in sweep.values.items()},
+            "stds": {k: [finite(x) for x in v] for k, v in sweep.stds.items()},
+        }
+    return content
+
+
+def numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    """A mapping of numbers that JSON can hold."""
+    return {k: finite(v) for k, v in values.items()}

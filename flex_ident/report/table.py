@@ -1,0 +1,84 @@
+"""The parameter table, in the form of the paper's Tables 1 to 3, for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from flex_ident.parameters import Identification, Parameter
+
+MEANING = {
+    "Jm": "motor inertia", "K": "joint stiffness", "JL": "link inertia", "FVm": "motor viscous friction",
+    "FSm": "motor Coulomb friction", "FV": "link viscous friction", "FS": "link Coulomb friction",
+    "MX": "first moment, x", "MY": "first moment, y", "offset": "constant motor torque", "J": "inertia",
+    "torque_delay": "torque recorded late by", "link_skew": "link position late by", "link_zero": "link encoder's zero",
+    "torque_averaging": "torque averaging",
+}  # fmt: skip
+PRECISION = {"torque_delay", "link_skew", "link_zero", "torque_averaging"}
+
+
+def rounded(value: float, std: float) -> str:
+    """A number with two digits of its uncertainty, or four significant ones when that is unknown."""
+    if not math.isfinite(value):
+        return "-"
+    if not math.isfinite(std) or std <= 0.0:
+        return f"{value:.4g}"
+    decimals = 1 - math.floor(math.log10(std))
+    if decimals <= 0:
+        return f"{round(value, decimals):.0f}"
+    return f"{value:.{decimals}f}" if decimals < 9 else f"{value:.4g}"
+
+
+def parameter_row(p: Parameter) -> tuple[str, str, str, str, str, str]:
+    """Key, value, 2 sigma, % sigma, unit and meaning of one parameter, as text."""
+    value = rounded(p.value, p.std)
+    two = rounded(2.0 * p.std, 2.0 * p.std) if math.isfinite(p.std) else "-"
+    share = f"{p.relative_std_percent:.2g}" if p.relative_std_percent < 1e4 else "-"
+    if p.at_bound:
+        two, share = "at bound", "-"
+    meaning = MEANING.get(p.key, "")
+    if not p.identifiable:
+        meaning = f"{meaning} (not identifiable)".strip()
+    return p.key, value, two, share, p.unit, meaning
+
+
+def text_table(header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> str:
+    """Rows in columns, two spaces apart; columns in `right` flush right."""
+    widths = [max(len(str(r[i])) for r in (header, *rows)) for i in range(len(header))]
+    lines = []
+    for k, row in enumerate((header, *rows)):
+        cells = [c.rjust(w) if i in right else c.ljust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True))]
+        lines.append("  ".join(cells).rstrip())
+        if k == 0:
+            lines.append("  ".join("-" * w for w in widths))
+    return "\n".join(lines)
+
+
+def result_text(result: Identification) -> str:
+    """The result for a person at a terminal: verdict, table, modes, errors, warnings."""
+    lines = [f"{result.joint}: {result.verdict}  (sensors {result.sensors}, method {result.method})", ""]
+    header = ("parameter", "value", "± 2σ", "%σ", "unit", "")
+    lines.append(text_table(header, [parameter_row(p) for p in result.parameters], right=(1, 2, 3)))
+    if result.combined:
+        lines += ["", text_table(header, [parameter_row(p) for p in result.combined], right=(1, 2, 3))]
+    lines.append("")
+    if "free_resonance_hz" in result.derived:
+        lines.append(
+            f"modes: locked motor {result.derived['locked_motor_hz']:.4g} Hz, "
+            f"free {result.derived['free_resonance_hz']:.4g} Hz"
+        )
+    if "x5_sigmas" in result.derived:
+        lines.append(
+            f"X5: {result.combined[4].value:.4g} fitted, {result.derived['x5_predicted']:.4g} from the other six: "
+            f"{result.derived['x5_sigmas']:.1f} standard deviations apart"
+        )
+    fit = result.fit
+    lines.append(
+        f"torque error: {fit.relative_error_percent:.2f} %, on data not fitted "
+        f"{fit.validation_relative_error_percent:.2f} %; condition number {fit.condition_number:.3g}"
+    )
+    for p in result.measurement:
+        if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
+            lines.append(f"measurement: {MEANING[p.key]} {1e3 * p.value:.3f} ± {2e3 * p.std:.2g} ms, corrected for")
+    lines += [f"warning: {n.message}" for n in result.notices]
+    return "\n".join(lines)
