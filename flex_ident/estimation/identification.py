@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from flex_ident.parameters import (
 )
 from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression import identify_linear
+from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
@@ -54,7 +56,15 @@ def identify(
     `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
     position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares.
     """
-    options = options or IdentifyOptions()
+    result = _identified(recording, options or IdentifyOptions(), progress)
+    if result.verdict == "rejected" and result.sensors == "motor+link":
+        notice = motor_equation_notice(recording)
+        if notice is not None:
+            result = replace(result, notices=(notice, *result.notices))
+    return result
+
+
+def _identified(recording: Recording, options: IdentifyOptions, progress: Progress | None) -> Identification:
     sensors = chosen_sensors(recording, options.sensors)
     if options.method != "auto" or options.rigid:
         return identify_linear(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -108,7 +109,8 @@ def identify_linear(
         joint=recording.joint, sensors=sensors, method=method, verdict=verdict, parameters=parameters, fit=quality,
         model=JointModel(model, joint=recording.joint), combined=combined, derived=derived, measurement=measurement,
         filter=settings, notices=(*recording.notices, *notices),
-        curves=TorqueCurves(at.time, torque, predicted, held), frequency_response=mode.response,
+        curves=TorqueCurves(at.time, torque, predicted, held),
+        frequency_response=replace(mode.response, modes_hz=()) if rigid else mode.response,
     )  # fmt: skip
 
 
@@ -224,7 +226,9 @@ def _measurement(fit: LinearFit) -> tuple[Parameter, ...]:
     if "torque_delay" not in fit.names:
         return ()
     k = fit.value("K")
-    found = {"torque_delay": 1.0, "K link_zero": k, "K link_skew": k}
+    found = {"torque_delay": 1.0}
+    if fit.std("K") < 0.3 * k:
+        found.update({"K link_zero": k, "K link_skew": k})
     return tuple(
         Parameter(n.removeprefix("K "), fit.value(n) / by, abs(fit.std(n) / by), MEASUREMENT[n.removeprefix("K ")])
         for n, by in found.items()

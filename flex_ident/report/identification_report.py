@@ -9,7 +9,7 @@ from flex_ident.parameters import Identification
 from flex_ident.recording import Recording
 from flex_ident.report.figures import embedded
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
-from flex_ident.report.table import MEANING, parameter_row, rounded
+from flex_ident.report.table import MEANING, meaning_of, parameter_row, rounded
 
 VERDICTS = {
     "trusted": "The model reproduces the torque, and inertia and stiffness are well determined.",
@@ -60,7 +60,10 @@ def _advice(result: Identification) -> list[Section]:
 
 def _parameters(result: Identification) -> Section:
     rows = tuple(
-        Row((*parameter_row(p)[:5], MEANING.get(p.key, ""), "yes" if p.identifiable else "no"), not p.identifiable)
+        Row(
+            (*parameter_row(p)[:5], meaning_of(p.key, rigid=result.model.rigid), "yes" if p.identifiable else "no"),
+            not p.identifiable,
+        )
         for p in result.parameters
     )
     texts = []
@@ -148,7 +151,7 @@ def _recorded(result: Identification, recording: Recording, figures: Mapping[str
     )  # fmt: skip
     return Section(
         "The recording",
-        header=("signal", "source", "clock", "samples", "Hz", "jitter %", "lost %", "longest gap ms", "skew ms"),
+        header=("signal", "source", "clock", "samples", "Hz", "jitter %", "lost %", "gap ms", "skew ms"),
         rows=rows,
         right=(3, 4, 5, 6, 7, 8),
         images=_image(figures, "signals", "recorded signals"),

@@ -14,7 +14,12 @@ MEANING = {
     "torque_delay": "torque recorded late by", "link_skew": "link position late by", "link_zero": "link encoder's zero",
     "torque_averaging": "torque averaging",
 }  # fmt: skip
-PRECISION = {"torque_delay", "link_skew", "link_zero", "torque_averaging"}
+
+
+def meaning_of(key: str, *, rigid: bool = False) -> str:
+    """What a key stands for, in words."""
+    words = MEANING.get(key, key.replace(".", ": ").replace("_", " ") if "." in key else "")
+    return words.removeprefix("link ") if rigid else words
 
 
 def rounded(value: float, std: float) -> str:
@@ -29,14 +34,14 @@ def rounded(value: float, std: float) -> str:
     return f"{value:.{decimals}f}" if decimals < 9 else f"{value:.4g}"
 
 
-def parameter_row(p: Parameter) -> tuple[str, str, str, str, str, str]:
+def parameter_row(p: Parameter, *, rigid: bool = False) -> tuple[str, str, str, str, str, str]:
     """Key, value, 2 sigma, % sigma, unit and meaning of one parameter, as text."""
     value = rounded(p.value, p.std)
     two = rounded(2.0 * p.std, 2.0 * p.std) if math.isfinite(p.std) else "-"
     share = f"{p.relative_std_percent:.2g}" if p.relative_std_percent < 1e4 else "-"
     if p.at_bound:
         two, share = "at bound", "-"
-    meaning = MEANING.get(p.key, "")
+    meaning = meaning_of(p.key, rigid=rigid)
     if not p.identifiable:
         meaning = f"{meaning} (not identifiable)".strip()
     return p.key, value, two, share, p.unit, meaning
@@ -58,7 +63,9 @@ def result_text(result: Identification) -> str:
     """The result for a person at a terminal: verdict, table, modes, errors, warnings."""
     lines = [f"{result.joint}: {result.verdict}  (sensors {result.sensors}, method {result.method})", ""]
     header = ("parameter", "value", "± 2σ", "%σ", "unit", "")
-    lines.append(text_table(header, [parameter_row(p) for p in result.parameters], right=(1, 2, 3)))
+    lines.append(
+        text_table(header, [parameter_row(p, rigid=result.model.rigid) for p in result.parameters], right=(1, 2, 3))
+    )
     if result.combined:
         lines += ["", text_table(header, [parameter_row(p) for p in result.combined], right=(1, 2, 3))]
     lines.append("")

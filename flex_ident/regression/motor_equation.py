@@ -1,0 +1,81 @@
+"""K from the motor's equation alone: it holds whatever moves the link, coupled axes and counterweights included."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flex_ident.errors import DataError
+from flex_ident.filtering.band import excited_band_hz
+from flex_ident.parameters import UNITS, Parameter
+from flex_ident.recording import Notice, Recording
+from flex_ident.regression.least_squares import least_squares
+from flex_ident.regression.observation import clean_observation
+
+HIGHEST_BAND_HZ = 10.0
+"""The deflection follows the torque quasi-statically; above, encoder skew and noise dominate it."""
+CORRELATION_S = 0.2
+DETERMINED = 0.2
+
+
+@dataclass(frozen=True)
+class MotorEquation:
+    """K of eq. 6 alone, and the coefficient of velocity, which is FVm less K times the link encoder's skew."""
+
+    stiffness: Parameter
+    velocity_coefficient: float
+    error_percent: float
+
+    @property
+    def least_skew_s(self) -> float:
+        """The smallest delay of the link encoder, s, that leaves FVm positive; 0 when none is needed."""
+        return max(0.0, -self.velocity_coefficient / self.stiffness.value) if self.stiffness.value > 0 else 0.0
+
+
+def motor_equation(recording: Recording) -> MotorEquation:
+    """Least squares of eq. 6: Gamma_m = Jm qm'' + c qm' + FSm sign(qm') + offset + K (qm - q).
+
+    Raises SignalError and ExcitationError. The recording must have a link position.
+    """
+    assert recording.link_position is not None
+    at = clean_observation(recording, band_hz=min(HIGHEST_BAND_HZ, excited_band_hz(recording)))
+    qm, vm, am = (at.derivative(recording.motor_position, k) for k in (0, 1, 2))
+    deflection = qm - at.derivative(recording.link_position, 0)
+    columns = np.column_stack([am, vm, at.sign(vm, am), np.ones_like(qm), deflection - deflection.mean()])
+    matrix, target = at.reduced(columns), at.reduced(recording.motor_torque[:, None])[:, 0]
+    lag = max(1, round(CORRELATION_S / float(np.median(np.diff(at.time)))))
+    fit = least_squares(matrix, target, ("Jm", "FVm", "FSm", "offset", "K"), lag=min(lag, target.size // 20))
+    value, std = fit.value("K"), fit.std("K")
+    error = 100.0 * float(np.linalg.norm(target - matrix @ fit.values) / np.linalg.norm(target))
+    determined = math.isfinite(std) and 0.0 < std <= DETERMINED * value
+    return MotorEquation(Parameter("K", value, std, UNITS["K"], determined), fit.value("FVm"), error)
+
+
+def motor_equation_notice(recording: Recording) -> Notice | None:
+    """What eq. 6 alone says of K, in words; None without a link position or when it cannot be solved."""
+    if recording.link_position is None:
+        return None
+    try:
+        found = motor_equation(recording)
+    except DataError:
+        return None
+    k = found.stiffness
+    if not k.identifiable:
+        text = (
+            f"not even the motor's equation alone (eq. 6) determines K: {k.value:.2g} ± {2 * k.std:.1g} N m/rad (2σ), "
+            f"{found.error_percent:.0f} % of the torque left. The measured deflection does not follow the torque: "
+            "check that both encoders belong to this joint and share one clock, and move this joint alone."
+        )
+        return Notice("motor_equation", text)
+    text = (
+        f"the motor's equation alone (eq. 6), which holds whatever moves the link, gives K = {k.value:.2g} ± "
+        f"{2 * k.std:.1g} N m/rad (2σ) with {found.error_percent:.0f} % of the torque left"
+    )
+    if found.least_skew_s > 0.0:
+        text += (
+            f"; its velocity term is negative, which means that the link encoder is read at least "
+            f"{1e3 * found.least_skew_s:.1f} ms after the motor's"
+        )
+    return Notice("motor_equation", text + ".")
