@@ -16,7 +16,6 @@ from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
 
 REJECTED = 4
 """Exit status of a result that must not be trusted."""
-Progress = Callable[[float], None]
 
 
 class Parser(argparse.ArgumentParser):
@@ -132,17 +131,25 @@ def output_folder(values: Mapping[str, Value], bag: Path, joint: str, *, many: b
 
 
 @contextmanager
-def progress_bar(text: str, *, shown: bool) -> Iterator[Progress]:
-    """A function that takes the share done, 0 to 1; a bar appears when it takes longer than a second."""
+def stage_bars(*, shown: bool) -> Iterator[Callable[[str, float], None]]:
+    """A function that takes a stage's name and its share done; a bar appears for what takes longer than a second."""
     if not shown or not sys.stderr.isatty():
-        yield lambda _: None
+        yield lambda _text, _share: None
         return
     from tqdm import tqdm
 
     form = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}"
-    with tqdm(total=1.0, desc=text, delay=1.0, leave=False, bar_format=form, file=sys.stderr) as bar:
+    bars: dict[str, Any] = {}
 
-        def report(share: float) -> None:
-            bar.update(max(0.0, min(1.0, share) - bar.n))
+    def report(text: str, share: float) -> None:
+        if text not in bars:
+            for bar in bars.values():
+                bar.close()
+            bars[text] = tqdm(total=1.0, desc=text, delay=1.0, leave=False, bar_format=form, file=sys.stderr)
+        bars[text].update(max(0.0, min(1.0, share) - bars[text].n))
 
+    try:
         yield report
+    finally:
+        for bar in bars.values():
+            bar.close()

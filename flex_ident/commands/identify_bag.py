@@ -15,7 +15,7 @@ from flex_ident.commands.common import (
     exit_status,
     given_settings,
     output_folder,
-    progress_bar,
+    stage_bars,
 )
 from flex_ident.configuration.settings import Value
 
@@ -60,34 +60,30 @@ def _joints(bag: Path, joint: str) -> list[str]:
 
 
 def _identified(bag: Path, values: Mapping[str, Value], *, quiet: bool, plots: bool, as_json: bool, many: bool) -> int:
-    from flex_ident.bags import read_recording
-    from flex_ident.commands.options import identify_options, signal_selection
-    from flex_ident.estimation.identification import identify
-    from flex_ident.report.result import result_content
+    from flex_ident.commands.jobs import finished_identification
+    from flex_ident.recording import Recording
     from flex_ident.report.table import result_text
-    from flex_ident.report.writing import made_folder, write_identification
+    from flex_ident.report.writing import made_folder
 
-    selection, options = signal_selection(values), identify_options(values)
     if values["out"]:
         made_folder(Path(str(values["out"])).expanduser())
-    with progress_bar("reading", shown=not quiet) as progress:
-        recording = read_recording(bag, selection, progress=progress)
-    if not quiet:
-        for s in recording.sampling:
+
+    def say_what_was_read(recording: Recording) -> None:
+        for s in recording.sampling if not quiet else ():
             print(f"{s.role.replace('_', ' ')}: {s.source} ({s.samples} samples at {s.rate_hz:.2f} Hz, "
                   f"{s.clock} stamps, jitter {s.jitter_percent:.1f} %, {s.lost_percent:.2g} % lost)")  # fmt: skip
-    with progress_bar("identifying", shown=not quiet) as progress:
-        result = identify(recording, options, progress=progress)
-    folder = output_folder(values, bag, recording.joint, many=many)
-    with progress_bar("writing", shown=not quiet) as progress:
-        paths = write_identification(result, recording, folder, plots=plots)
-        progress(1.0)
+
+    with stage_bars(shown=not quiet) as progress:
+        done = finished_identification(
+            bag, values, lambda joint: output_folder(values, bag, joint, many=many),
+            plots=plots, progress=progress, read=say_what_was_read,
+        )  # fmt: skip
     if as_json:
-        json.dump(result_content(result, recording), sys.stdout, allow_nan=False)
+        json.dump(done.content, sys.stdout, allow_nan=False)
         print()
     elif not quiet:
-        print(f"\n{result_text(result)}\n\nwritten: {', '.join(str(p) for p in paths.values())}")
-    return REJECTED if result.verdict == "rejected" else 0
+        print(f"\n{result_text(done.result)}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
+    return REJECTED if done.result.verdict == "rejected" else 0
 
 
 if __name__ == "__main__":

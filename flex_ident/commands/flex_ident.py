@@ -1,0 +1,149 @@
+"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, compare, export, effects."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from flex_ident.commands.common import add_settings, command_parser, exit_status, given_settings
+from flex_ident.errors import UsageError
+
+PROG = "flex_ident"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The console script; returns the exit status."""
+    return exit_status(PROG, lambda: _run(arguments))
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    parser = command_parser(PROG, "Filter design, the paper's experiment, bags, results and the catalogue of effects.")
+    sub = parser.add_subparsers(dest="subcommand", metavar="SUBCOMMAND", required=True)
+    _demo(sub.add_parser("demo", help="a whole run on the virtual joint: excite, record, identify, report"))
+    _design_filter(sub.add_parser("design-filter", help="eqs. 22 to 29: cutoff and sampling rate from the first mode"))
+    _reproduce_paper(sub.add_parser("reproduce-paper", help="section 4 of the paper: Tables 1 to 3, Figures 1 and 2"))
+    _check_bag(sub.add_parser("check-bag", help="what a bag holds and whether a joint can be identified from it"))
+    _compare(sub.add_parser("compare", help="results side by side, with the differences that are beyond chance"))
+    _export(sub.add_parser("export", help="a result as URDF dynamics, MuJoCo XML, YAML or CSV"))
+    _effects(sub.add_parser("effects", help="the catalogue of effects"))
+    given = parser.parse_args(arguments)
+    status: int = given.function(given)
+    return status
+
+
+def _demo(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", type=Path, default=Path("flex_ident_results") / "demo", metavar="DIR")
+    parser.add_argument("--seed", type=int, default=0, metavar="N")
+    parser.add_argument("--without-ros", action="store_true", help="generate the recording instead of live nodes")
+    parser.add_argument("--quiet", action="store_true", help="print only truth beside estimate")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.demo import demonstrated
+
+        return demonstrated(given.out, seed=given.seed, live=not given.without_ros, quiet=given.quiet)
+
+    parser.set_defaults(function=run)
+
+
+def _design_filter(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--first-mode", type=float, required=True, metavar="HZ")
+    parser.add_argument("--derivatives", type=int, default=2, choices=(2, 4), help="2: eq. 13, 4: eq. 18")
+    parser.add_argument("--order", type=int, metavar="M", help="Butterworth order of one pass; default 4 or 6")
+    parser.add_argument("--sample-rate", type=float, metavar="HZ", help="of the recording; default: that of eq. 29")
+    parser.add_argument("--edge-gain", type=float, default=math.sqrt(0.5), metavar="A_C")
+    parser.add_argument("--ratio", type=float, default=1.0, metavar="R_C")
+    parser.add_argument("--decimation", type=int, metavar="N")
+    parser.add_argument("--figure", type=Path, metavar="PNG", help="draw Figure 1")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.design_filter import design_filter
+
+        text = design_filter(
+            given.first_mode, derivative_order=given.derivatives, order=given.order, sample_rate_hz=given.sample_rate,
+            edge_gain=given.edge_gain, ratio=given.ratio, decimation=given.decimation, figure=given.figure,
+        )  # fmt: skip
+        print(text)
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _reproduce_paper(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", type=Path, default=Path("flex_ident_results") / "paper", metavar="DIR")
+    parser.add_argument("--seed", type=int, default=0, metavar="N")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.reproduce_paper import reproduced_paper
+
+        print(reproduced_paper(given.out, seed=given.seed))
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _check_bag(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("bag", type=Path, metavar="BAG")
+    add_settings(parser)
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.check_bag import checked_bag
+        from flex_ident.commands.options import signal_selection
+
+        print(checked_bag(given.bag, signal_selection(given_settings(given))))
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _compare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="result.json or its folder")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.compare import compared
+
+        if len(given.results) < 2:
+            raise UsageError("compare needs two results or more.")
+        print(compared(given.results))
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _export(parser: argparse.ArgumentParser) -> None:
+    from flex_ident.commands.formats import FORMATS
+
+    parser.add_argument("result", type=Path, metavar="RESULT", help="result.json or its folder")
+    parser.add_argument("--to", required=True, choices=FORMATS)
+    parser.add_argument("--out", type=Path, metavar="FILE", help="default: standard output")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.export import exported
+
+        text = exported(given.result, given.to)
+        if given.out is None:
+            print(text)
+        else:
+            try:
+                given.out.write_text(text + "\n", encoding="utf-8")
+            except OSError as error:
+                raise UsageError(f"--out {given.out}: cannot be written ({error.strerror}).") from error
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _effects(parser: argparse.ArgumentParser) -> None:
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.commands.effects_catalogue import catalogue_text
+
+        print(catalogue_text())
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
