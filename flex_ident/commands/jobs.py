@@ -32,13 +32,14 @@ class FinishedIdentification:
 def finished_identification(
     bag: Path,
     values: Mapping[str, Value],
-    folder: Callable[[str], Path],
+    folder: Callable[[str], Path | None],
     *,
     plots: bool = True,
     progress: Progress = lambda _text, _share: None,
     read: Callable[[Recording], None] = lambda _recording: None,
 ) -> FinishedIdentification:
-    """Read, identify, write. `folder` gives the output folder for a joint; `read` is told of the recording.
+    """Read, identify, write. `folder` gives the output folder for a joint, None for none; `read` is told of
+    the recording.
 
     Raises FlexIdentError. `progress` takes the stage's name and its share done.
     """
@@ -47,6 +48,7 @@ def finished_identification(
     read(recording)
     result = identify(recording, options, progress=lambda x: progress("identifying", x))
     progress("writing", 0.0)
-    paths = write_identification(result, recording, folder(recording.joint), plots=plots)
+    place = folder(recording.joint)
+    paths = {} if place is None else write_identification(result, recording, place, plots=plots)
     progress("writing", 1.0)
     return FinishedIdentification(result, recording, result_content(result, recording), paths)

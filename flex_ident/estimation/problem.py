@@ -12,11 +12,12 @@ from scipy import ndimage
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ConfigurationError, ExcitationError
+from flex_ident.filtering.direction import motion_direction, velocity_noise
 from flex_ident.filtering.spectral import SpectralFilter
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
 from flex_ident.recording import Floats, Recording
 from flex_ident.simulation.motion import MotorMotion, motor_motion
-from flex_ident.simulation.response import LinkMotion, direction, link_motion, motor_torque
+from flex_ident.simulation.response import LinkMotion, link_motion, motor_torque
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
 
 Bools = NDArray[np.bool_]
@@ -129,7 +130,7 @@ class FitProblem:
         self.rate_hz = rate / self.decimation
         self.time: Floats = recording.time[:: self.decimation]
         self.resolution = self._velocity_resolution(recording, drive_hz)
-        self.sign = direction(self.motion, self.resolution)
+        self.sign = motion_direction(recording.motor_position, rate, lowest_hz=drive_hz)
         self._raw_torque = recording.motor_torque
         self.torque = self.reduced(recording.motor_torque)
         has_link = sensors == "motor+link" and recording.link_position is not None and not rigid
@@ -152,8 +153,7 @@ class FitProblem:
     def _velocity_resolution(self, recording: Recording, cutoff_hz: float) -> float:
         rest = recording.motor_position - self.motion.position
         noise = float(np.std(rest[10:-10]))
-        rate = recording.sample_rate_hz
-        return 2.0 * noise * 2.0 * math.pi * cutoff_hz / math.sqrt(3.0) * math.sqrt(min(1.0, 2.0 * cutoff_hz / rate))
+        return 2.0 * velocity_noise(noise, cutoff_hz, recording.sample_rate_hz)
 
     def _usable(self, recording: Recording, trim_s: float) -> Bools:
         n, rate = recording.motor_position.size, recording.sample_rate_hz

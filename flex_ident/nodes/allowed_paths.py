@@ -1,0 +1,24 @@
+"""Paths given over the network stay inside the folders that the configuration allows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from flex_ident.errors import UsageError
+
+
+def allowed_path(text: str, folders: Sequence[str], *, what: str) -> Path:
+    """The path of a bag or file inside one of `folders`, links followed, all its files included.
+
+    A relative path is taken in the first folder. Raises UsageError when it is empty or reaches outside.
+    """
+    if not text:
+        raise UsageError(f"parameter '{what}' is empty: set it to a path inside {', '.join(folders)}.")
+    roots = [Path(f).expanduser().resolve() for f in folders]
+    path = Path(text).expanduser()
+    resolved = (path if path.is_absolute() else roots[0] / path).resolve()
+    inside = [resolved, *(p.resolve() for p in resolved.iterdir())] if resolved.is_dir() else [resolved]
+    if not all(any(p.is_relative_to(root) for root in roots) for p in inside):
+        raise UsageError(f"{what} '{text}' lies outside the folders allowed: {', '.join(map(str, roots))}.")
+    return resolved

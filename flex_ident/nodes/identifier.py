@@ -1,0 +1,209 @@
+"""Node `identifier`: answers service calls with identified parameters."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.srv import SelfTest
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from flex_ident.commands.common import one_line
+from flex_ident.commands.jobs import finished_identification
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Setting
+from flex_ident.errors import ConfigurationError, FlexIdentError
+from flex_ident.nodes.allowed_paths import allowed_path
+from flex_ident.nodes.declared import current, declare
+
+SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in ("out", "model"))
+NODE_SETTINGS = (
+    Setting("bag", "", "the recording: a path inside bag_directories"),
+    Setting("model", "", "a model.yaml to start from, inside bag_directories"),
+    Setting("without", "", "explain_gap: base parameters to drop, MX,MY"),
+    Setting("effects", "", "explain_gap: the catalogue restricted to these effects"),
+    Setting("add", "", "explain_gap: an effect put in by hand"),
+    Setting("simulated", "", "explain_gap: a recording of the same experiment from a simulator"),
+)
+FIXED_SETTINGS = (Setting("output_directory", "flex_ident_results", "where results are written; empty: nowhere"),)
+LEVELS = {
+    "trusted": DiagnosticStatus.OK, "complete": DiagnosticStatus.OK, "explained": DiagnosticStatus.OK,
+    "doubtful": DiagnosticStatus.WARN, "partly_explained": DiagnosticStatus.WARN,
+    "unexplained": DiagnosticStatus.WARN, "rejected": DiagnosticStatus.ERROR,
+}  # fmt: skip
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+Content = dict[str, Any]
+
+
+class Identifier(Node):
+    """One job at a time, in the thread of the call that asked for it; other calls are answered meanwhile."""
+
+    def __init__(self) -> None:
+        super().__init__("identifier")
+        declare(self, SETTINGS)
+        declare(self, NODE_SETTINGS)
+        declare(self, FIXED_SETTINGS, read_only=True)
+        folders = ParameterDescriptor(
+            description="folders that bags may lie in; nothing outside is read", read_only=True
+        )
+        self.declare_parameter("bag_directories", ["."], folders)
+        self._busy = threading.Lock()
+        self._job = "idle"
+        self._share = 0.0
+        self._verdict = ""
+        group = ReentrantCallbackGroup()
+        self.create_service(Trigger, "~/identify", self._identify, callback_group=group)
+        self.create_service(Trigger, "~/explain_gap", self._explain_gap, callback_group=group)
+        self.create_service(SelfTest, "~/self_test", self._self_test, callback_group=group)
+        self._result = self.create_publisher(String, "~/result", LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_timer(1.0, self._diagnose, callback_group=group)
+
+    def _identify(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, "identify", self._identified)
+
+    def _explain_gap(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, "explain_gap", self._explained)
+
+    def _self_test(self, _request: SelfTest.Request, response: SelfTest.Response) -> SelfTest.Response:
+        content, said = self._content_or_reason("self_test", self._identified)
+        response.id = self.get_name()
+        if content is None:
+            response.passed = b"\x00"
+            response.status = [DiagnosticStatus(level=DiagnosticStatus.ERROR, name="identify", message=said)]
+            return response
+        response.id = f"{content['joint']}"
+        response.passed = b"\x00" if content["verdict"] == "rejected" else b"\x01"
+        level = LEVELS[content["verdict"]]
+        response.status = [
+            DiagnosticStatus(
+                level=level if p["identifiable"] else DiagnosticStatus.WARN if level == DiagnosticStatus.OK else level,
+                name=key, message=content["verdict"] if p["identifiable"] else "not identifiable",
+                hardware_id=content["joint"],
+                values=[KeyValue(key=k, value=json.dumps(v).strip('"')) for k, v in p.items()],
+            )
+            for key, p in content["parameters"].items()
+        ]  # fmt: skip
+        return response
+
+    def _answer(self, response: Trigger.Response, name: str, job: Callable[[], Content]) -> Trigger.Response:
+        content, said = self._content_or_reason(name, job)
+        response.success = content is not None and content["verdict"] != "rejected"
+        response.message = said if content is None else json.dumps(content, allow_nan=False)
+        return response
+
+    def _content_or_reason(self, name: str, job: Callable[[], Content]) -> tuple[Content | None, str]:
+        """The job's JSON content, or None and one line that says why not."""
+        if not self._busy.acquire(blocking=False):
+            return None, f"busy with {self._job}, {100 * self._share:.0f} % done: call again when it is finished."
+        try:
+            self._job, self._share = name, 0.0
+            content = job()
+            self._verdict = str(content["verdict"])
+            self._result.publish(String(data=json.dumps(content, allow_nan=False)))
+            self.get_logger().info(f"{name}: {content['joint']}: {self._verdict}")
+            return content, ""
+        except FlexIdentError as error:
+            self.get_logger().error(f"{name}: {one_line(error)}")
+            return None, one_line(error)
+        except Exception as error:  # a service must answer
+            self.get_logger().error(f"{name}: internal error ({type(error).__name__}: {one_line(error)})")
+            return None, f"internal error ({type(error).__name__}: {one_line(error)}): please report it."
+        finally:
+            self._job = "idle"
+            self._busy.release()
+
+    def _progress(self, text: str, share: float) -> None:
+        before = int(10 * self._share)
+        self._share = max(0.0, min(1.0, share))
+        if int(10 * self._share) != before:
+            self.get_logger().debug(f"{text}: {100 * self._share:.0f} %")
+
+    def _values(self) -> dict[str, Any]:
+        values: dict[str, Any] = {**current(self, SETTINGS), **current(self, NODE_SETTINGS), "out": ""}
+        folders = list(self.get_parameter("bag_directories").value)
+        for key in ("bag", "model", "simulated"):
+            if values[key] or key == "bag":
+                values[key] = str(allowed_path(str(values[key]), folders, what=key))
+        if values["joint"] == "all":
+            raise ConfigurationError("joint is 'all': a service call identifies one joint.")
+        return values
+
+    def _folder(self, bag: str, joint: str) -> Path | None:
+        base = str(self.get_parameter("output_directory").value)
+        return Path(base).expanduser() / f"{Path(bag).stem}_{joint.replace('/', '_')}" if base else None
+
+    def _identified(self) -> Content:
+        values = self._values()
+        done = finished_identification(
+            Path(values["bag"]), values, lambda joint: self._folder(values["bag"], joint), progress=self._progress
+        )
+        return done.content
+
+    def _explained(self) -> Content:
+        from flex_ident.commands.gap_jobs import finished_explanation
+
+        values = self._values()
+        done = finished_explanation(
+            Path(values["bag"]), values, lambda joint: self._folder(values["bag"], joint), progress=self._progress
+        )
+        return done.content
+
+    def _diagnose(self) -> None:
+        busy = self._job != "idle"
+        text = (
+            f"{self._job}, {100 * self._share:.0f} %"
+            if busy
+            else f"idle{', latest: ' + self._verdict if self._verdict else ''}"
+        )
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.OK, name=f"{self.get_name()}: identification", message=text,
+            values=[KeyValue(key="progress_percent", value=f"{100 * self._share:.0f}")],
+        )  # fmt: skip
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The console script; returns the exit status."""
+    try:
+        rclpy.init(args=arguments)
+        node = Identifier()
+    except (InvalidParameterTypeException, InvalidParameterValueException, FlexIdentError) as error:
+        print(f"identifier: {one_line(error)}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    except Exception as error:
+        print(f"identifier: cannot start ({one_line(error)})", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    executor = MultiThreadedExecutor(num_threads=4)
+    executor.add_node(node)
+    started = time.monotonic()
+    try:
+        node.get_logger().info("ready: set the parameter 'bag' and call ~/identify")
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        print(f"identifier: stopped after {time.monotonic() - started:.0f} s", file=sys.stderr)
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,111 @@
+"""The joint as numbers that the plant integrates: every base parameter and every effect of the catalogue."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+from flex_ident.parameters import JointModel
+from flex_ident.recording import Floats
+
+GRAVITY = 9.81
+RIGID_STIFFNESS = 0.0
+"""A rigid joint has no spring: the plant then moves one mass."""
+
+
+class P(IntEnum):
+    """Position of each quantity in the plant's vector; SI, link side of the gear."""
+
+    MOTOR_INERTIA = 0
+    STIFFNESS = 1
+    LINK_INERTIA = 2
+    MOTOR_VISCOUS = 3
+    MOTOR_DRY = 4
+    LINK_VISCOUS = 5
+    LINK_DRY = 6
+    MASS_X = 7
+    MASS_Y = 8
+    CONSTANT = 9
+    STRIBECK = 10
+    STRIBECK_SPEED = 11
+    STRIBECK_LINK = 12
+    STRIBECK_SPEED_LINK = 13
+    ASYMMETRY = 14
+    ASYMMETRY_LINK = 15
+    QUADRATIC = 16
+    QUADRATIC_LINK = 17
+    LOAD_FRICTION = 18
+    LOAD_FRICTION_LINK = 19
+    WARMING = 20
+    CUBIC = 21
+    PLAY = 22
+    DAHL_TORQUE = 23
+    DAHL_DEFLECTION = 24
+    SPRING_DAMPING = 25
+    RIPPLE = 26
+    RIPPLE_CYCLES = 27
+    RIPPLE_PHASE = 28
+    GEAR_ERROR = 29
+    GEAR_CYCLES = 30
+    GEAR_PHASE = 31
+    DRIVE_LIMIT = 32
+    SECOND_INERTIA = 33
+    SECOND_STIFFNESS = 34
+    SECOND_DAMPING = 35
+    TORQUE_DELAY = 36
+    LINK_SKEW = 37
+
+
+BASE = {
+    "Jm": P.MOTOR_INERTIA, "K": P.STIFFNESS, "JL": P.LINK_INERTIA, "FVm": P.MOTOR_VISCOUS, "FSm": P.MOTOR_DRY,
+    "FV": P.LINK_VISCOUS, "FS": P.LINK_DRY, "MX": P.MASS_X, "MY": P.MASS_Y, "offset": P.CONSTANT,
+}  # fmt: skip
+RIGID = {
+    "J": P.MOTOR_INERTIA, "FV": P.MOTOR_VISCOUS, "FS": P.MOTOR_DRY, "offset": P.CONSTANT, "MX": P.MASS_X,
+    "MY": P.MASS_Y,
+}  # fmt: skip
+EFFECTS = {
+    "stribeck_friction.amplitude": P.STRIBECK,
+    "stribeck_friction.velocity": P.STRIBECK_SPEED,
+    "stribeck_friction.amplitude_link": P.STRIBECK_LINK,
+    "stribeck_friction.velocity_link": P.STRIBECK_SPEED_LINK,
+    "torque_offset.offset": P.CONSTANT,
+    "viscous_asymmetry.coefficient": P.ASYMMETRY,
+    "viscous_asymmetry.coefficient_link": P.ASYMMETRY_LINK,
+    "viscous_nonlinearity.coefficient": P.QUADRATIC,
+    "viscous_nonlinearity.coefficient_link": P.QUADRATIC_LINK,
+    "load_dependent_friction.coefficient": P.LOAD_FRICTION,
+    "load_dependent_friction.coefficient_link": P.LOAD_FRICTION_LINK,
+    "friction_drift.rate": P.WARMING,
+    "gravity.MX": P.MASS_X,
+    "gravity.MY": P.MASS_Y,
+    "nonlinear_stiffness.cubic": P.CUBIC,
+    "backlash.gap": P.PLAY,
+    "hysteresis.torque": P.DAHL_TORQUE,
+    "hysteresis.deflection": P.DAHL_DEFLECTION,
+    "joint_damping.damping": P.SPRING_DAMPING,
+    "torque_ripple.amplitude": P.RIPPLE,
+    "torque_ripple.cycles_per_turn": P.RIPPLE_CYCLES,
+    "torque_ripple.phase": P.RIPPLE_PHASE,
+    "kinematic_error.amplitude": P.GEAR_ERROR,
+    "kinematic_error.cycles_per_turn": P.GEAR_CYCLES,
+    "kinematic_error.phase": P.GEAR_PHASE,
+    "time_delay.delay": P.TORQUE_DELAY,
+    "encoder_skew.skew": P.LINK_SKEW,
+    "saturation.limit": P.DRIVE_LIMIT,
+    "second_mode.inertia": P.SECOND_INERTIA,
+    "second_mode.stiffness": P.SECOND_STIFFNESS,
+    "second_mode.damping": P.SECOND_DAMPING,
+}
+
+
+def plant_values(model: JointModel) -> Floats:
+    """The plant's vector (len(P),) for a model with its effects. Raises KeyError on an effect that it does not know."""
+    values = np.zeros(len(P))
+    for key, index in (RIGID if model.rigid else BASE).items():
+        values[index] += model.parameters.get(key, 0.0)
+    for effect, parameters in model.effects.items():
+        for name, value in parameters.items():
+            values[EFFECTS[f"{effect}.{name}"]] += value
+    return values
