@@ -52,10 +52,7 @@ def drive_torque(
     """
     if kind == 2:
         return min(max(command, -gains[3]), gains[3]), integral
-    if kind == 0:
-        wanted = gains[0] * (command - position) + feedforward
-    else:
-        wanted = command
+    wanted = gains[0] * (command - position) + feedforward if kind == 0 else command
     error = wanted - velocity
     grown = integral + gains[2] * error * period
     torque = gains[1] * error + grown
