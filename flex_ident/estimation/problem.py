@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+import threading
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -144,6 +147,7 @@ class FitProblem:
                 "record at least ten seconds of motion."
             )
         self._links: dict[bytes, LinkMotion] = {}
+        self._lock = threading.Lock()
 
     def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0) -> Floats:
         """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is."""
@@ -178,15 +182,21 @@ class FitProblem:
         relevant = terms.copy()
         relevant[MOTOR_SIDE] = 0.0
         key = relevant.tobytes()
-        found = self._links.get(key)
-        if found is None:
-            found = link_motion(relevant, self.motion)
-            while len(self._links) > 2:  # the point of linearisation is asked for again and again
+        with self._lock:
+            found = self._links.pop(key, None)
+            if found is not None:
+                self._links[key] = found
+                return found
+        found = link_motion(relevant, self.motion)
+        with self._lock:
+            self._links[key] = found
+            while len(self._links) > 4:  # the point of linearisation is asked for again and again
                 self._links.pop(next(iter(self._links)))
-        else:
-            self._links.pop(key)
-        self._links[key] = found
         return found
+
+    def link_response_of(self, values: Mapping[str, float]) -> LinkMotion | None:
+        """The link's motion (n,) under flat values; None for a rigid joint."""
+        return self.link_response(terms_of(values, rigid=self.rigid))
 
     def prediction(self, values: Mapping[str, float]) -> Prediction:
         """What the model with these flat values says the measurement is; NaN when its simulation runs away."""
@@ -231,11 +241,15 @@ class FitProblem:
         """
         base = self.residuals(values)
         columns = [np.empty((r.size, len(keys))) for r in base]
-        for i, key in enumerate(keys):
-            step = steps[key]
-            moved = self.residuals({**values, key: values.get(key, 0.0) + step})
+
+        def fill(i: int) -> None:
+            step = steps[keys[i]]
+            moved = self.residuals({**values, keys[i]: values.get(keys[i], 0.0) + step})
             for column, r0, r1 in zip(columns, base, moved, strict=True):
                 column[:, i] = (r1 - r0) / step
+
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:  # the simulation and the FFTs release the GIL
+            list(pool.map(fill, range(len(keys))))
         scaling = [key for key, value in values.items() if value != 0.0 and is_force(key)]
         if self.link is not None and "JL" in keys and set(scaling) <= set(keys):
             excess = sum(values[key] * columns[1][:, keys.index(key)] for key in scaling)

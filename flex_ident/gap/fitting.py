@@ -39,6 +39,9 @@ def gap_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Pr
         priors.pop("torque_delay", None)
     if "encoder_skew" in effects:
         priors.pop("link_skew", None)
+    if "saturation" in effects:  # a limit near zero would clip the measurement itself away
+        largest = float(np.max(np.abs(problem.recording.motor_torque)))
+        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, 0.35 * largest, 1.1 * largest)
     return priors
 
 

@@ -1,0 +1,236 @@
+"""One recording in, one explanation of the gap out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.effects import effect_named
+from flex_ident.estimation.covariance import uncertainty_of
+from flex_ident.estimation.estimate import Estimate, fit_problem, validation_blocks
+from flex_ident.estimation.fit import Fit
+from flex_ident.estimation.identification import chosen_sensors, identification_of, identified_parameter
+from flex_ident.estimation.problem import FitProblem
+from flex_ident.filtering import first_mode
+from flex_ident.gap.explanation import (
+    Alternative,
+    Finding,
+    GapCurves,
+    GapExplanation,
+    GapVerdict,
+    Profile,
+    Step,
+)
+from flex_ident.gap.fitting import GapFit, base_fit
+from flex_ident.gap.noise import noise_floor
+from flex_ident.gap.options import GapOptions
+from flex_ident.gap.repeats import repeated
+from flex_ident.gap.search import Accepted, Progress, Search, searched
+from flex_ident.gap.trials import effects_in
+from flex_ident.gap.where import Variable, profile, regions, variables
+from flex_ident.parameters import Identification
+from flex_ident.recording import Floats, Notice, Recording
+
+VALIDATION_ITERATIONS = 5
+SMALL_GAP = 0.006
+"""Share of the torque's rms under which what is left is the method's own error (reversals, numbers), not physics."""
+STRUCTURE = 1.12
+"""Gap over the noise floor from which what is left counts as structure."""
+
+
+def explain(
+    recording: Recording, options: GapOptions | None = None, *, progress: Progress | None = None
+) -> GapExplanation:
+    """Where simulation and measurement disagree, which effects are missing, and how far the gap shrinks with them.
+
+    Raises ExcitationError, SignalError and ConfigurationError.
+    """
+    options = options or GapOptions()
+    report: Progress = progress or (lambda _share, _text: None)
+    sensors = chosen_sensors(recording, options.sensors)
+    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
+    report(0.02, "fitting the base model")
+    solver, base = base_fit(problem, options)
+    report(0.2, "screening")
+    search = searched(solver, base, options, lambda x, text: report(0.2 + 0.6 * x, text))
+    report(0.82, "measuring the gap on data not fitted")
+    held = validation_blocks(problem)
+    chain = [(solver, base), *((a.trial.solver, _after(search, i)) for i, a in enumerate(search.accepted))]
+    trained = [_trained(s, f, problem, held) for s, f in chain]
+    gaps = [_gap(problem, values, held) for values in trained]
+    report(0.92, "describing what is left")
+    first = _torque_residual(problem, base.values)
+    last = _torque_residual(problem, search.fit.values)
+    floor = min(noise_floor(last, problem.usable, problem.rate_hz), gaps[-1])
+    final = _final(recording, problem, search, trained[-1], held, sensors)
+    steps = _steps(search, gaps)
+    findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
+    before_variables = variables(problem, base.values)
+    after_variables = variables(problem, search.fit.values)
+    where = regions(before_variables, first, problem.usable, problem.rate_hz, floor)
+    where_left = regions(after_variables, last, problem.usable, problem.rate_hz, floor)
+    torque = float(np.sqrt(np.mean(problem.torque[problem.usable] ** 2)))
+    structured = gaps[-1] > STRUCTURE * floor and math.sqrt(max(gaps[-1] ** 2 - floor**2, 0.0)) > SMALL_GAP * torque
+    verdict = _verdict(final, findings, structured)
+    unexplained = None
+    if structured:
+        place = where_left[0].text if where_left else "it is spread evenly"
+        unexplained = f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect of the catalogue accounts for it; "
+            f"{place}."
+    report(1.0, "explained")
+    return GapExplanation(
+        joint=recording.joint,
+        sensors=sensors,
+        verdict=verdict,
+        unit="N m",
+        before=gaps[0],
+        after=gaps[-1],
+        noise_floor=floor,
+        steps=steps,
+        where=where,
+        findings=findings,
+        rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(search.fit)),
+        not_testable=tuple(search.untestable.values()),
+        final=final,
+        unexplained=unexplained,
+        where_left=where_left,
+        repeats=repeated(problem, first, problem.usable),
+        repeats_left=repeated(problem, last, problem.usable),
+        notices=_notices(search, problem),
+        curves=_curves(problem, base.values, search.fit.values),
+        profiles=_profiles(before_variables, after_variables, first, last, problem.usable),
+    )
+
+
+def _after(search: Search, index: int) -> Fit:
+    """The fit after the accepted effect of that index."""
+    if index + 1 < len(search.accepted):
+        return search.accepted[index + 1].before
+    return search.fit
+
+
+def _trained(solver: GapFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
+    """The same keys fitted without the validation part."""
+    own = GapFit(problem.restricted(problem.usable & ~held), priors=solver.priors)
+    return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
+
+
+def _torque_residual(problem: FitProblem, values: Mapping[str, float]) -> Floats:
+    return problem.residuals(values)[0]
+
+
+def _gap(problem: FitProblem, values: Mapping[str, float], held: NDArray[np.bool_]) -> float:
+    return float(np.sqrt(np.mean(_torque_residual(problem, values)[held] ** 2)))
+
+
+def _steps(search: Search, gaps: Sequence[float]) -> tuple[Step, ...]:
+    names = ["base"]
+    for a in search.accepted:
+        names.append(f"{names[-1]} + {a.trial.effect}")
+    return tuple(Step(name, gap) for name, gap in zip(names, gaps, strict=True))
+
+
+def _estimate(problem: FitProblem, fit: Fit, trained: Mapping[str, float], held: NDArray[np.bool_]) -> Estimate:
+    return Estimate(problem, fit, uncertainty_of(fit, problem.rate_hz), held, trained)
+
+
+def _final(
+    recording: Recording, problem: FitProblem, search: Search, trained: Mapping[str, float],
+    held: NDArray[np.bool_], sensors: str,
+) -> Identification:  # fmt: skip
+    response = first_mode(recording).response
+    result = identification_of(
+        recording, _estimate(problem, search.fit, trained, held), sensors=chosen_sensors(recording, sensors),
+        method="auto", response=None if problem.rigid else response,
+    )  # fmt: skip
+    return replace(result, method="explain_gap")
+
+
+def _finding(
+    search: Search, index: int, gaps: Sequence[float], problem: FitProblem, held: NDArray[np.bool_]
+) -> Finding:
+    accepted = search.accepted[index]
+    trial = accepted.trial
+    estimate = _estimate(problem, search.fit, search.fit.values, held)
+    found = []
+    for key in trial.candidate.keys:
+        p = identified_parameter(estimate, key)
+        found.append(replace(p, key=key.split(".", 1)[1]))
+    others = tuple(
+        Alternative(t.effect, _gap(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
+    )[:3]
+    effect = effect_named(trial.effect)
+    return Finding(
+        effect=trial.effect,
+        verdict="by_hand" if accepted.by_hand else "accepted",
+        confidence=_confidence(accepted),
+        gap_before=gaps[index],
+        gap_after=gaps[index + 1],
+        parameters=tuple(found),
+        evidence=_evidence(trial.effect, accepted, gaps[index], gaps[index + 1]),
+        also_considered=others,
+        indistinguishable_from=accepted.ties,
+        experiment=effect.separated_by if accepted.ties else "",
+    )
+
+
+def _confidence(accepted: Accepted) -> float:
+    """Probability of this effect among all that were tried, none included, by their BIC; never quite certain."""
+    best = accepted.trial.evidence
+    rivals = [0.0, *(t.evidence for t in accepted.others if t.effect != accepted.trial.effect)]
+    odds = sum(math.exp(min(0.0, 0.5 * (r - best))) for r in rivals)
+    return min(0.99, 1.0 / (1.0 + odds))
+
+
+def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str:
+    effect = effect_named(name)
+    trial = accepted.trial
+    text = (
+        f"{effect.summary}: on data not fitted the gap falls from {before:.3g} to {after:.3g} N m; blocks of a second "
+        f"left out of the fit are predicted better by {100 * trial.held_out.share:.0f} % (t = {trial.held_out.t:.1f}), "
+        f"the BIC falls by {trial.evidence:.0f}; {100 * max(0.0, min(1.0, trial.share)):.0f} % of the closable gap"
+    )
+    if trial.objection:
+        text += f"; against it: {trial.objection}"
+    return text + "."
+
+
+def _verdict(final: Identification, findings: Sequence[Finding], structured: bool) -> GapVerdict:
+    if not math.isfinite(final.fit.relative_error_percent) or final.fit.relative_error_percent > 60.0:
+        return "rejected"
+    if findings:
+        return "partly_explained" if structured else "explained"
+    return "unexplained" if structured else "complete"
+
+
+def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
+    notices = []
+    for key, signal in (("torque_delay", "torque"), ("link_skew", "link position")):
+        value = search.fit.values.get(key, 0.0)
+        if key in search.fit.free and abs(value) > 0.05 * problem.recording.sample_time:
+            text = (
+                f"{signal} is recorded {1e3 * value:+.3f} ms against the motor position, less than a sample: "
+                "measurement, corrected for, not a finding."
+            )
+            notices.append(Notice(f"{key}_below_a_sample", text))
+    return tuple(notices)
+
+
+def _curves(problem: FitProblem, base: Mapping[str, float], final: Mapping[str, float]) -> GapCurves:
+    return GapCurves(
+        problem.time, problem.measured_torque(final), problem.prediction(base).torque,
+        problem.prediction(final).torque, problem.usable.astype(float),
+    )  # fmt: skip
+
+
+def _profiles(
+    before: Sequence[Variable], after: Sequence[Variable], first: Floats, last: Floats, rows: NDArray[np.bool_]
+) -> dict[str, tuple[Profile, Profile]]:
+    found = {}
+    for one, two in zip(before, after, strict=True):
+        found[one.name] = (profile(one, first, rows), profile(two, last, rows))
+    return found

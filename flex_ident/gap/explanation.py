@@ -1,0 +1,140 @@
+"""What an explanation of the gap says: steps, regions, findings, and what could not be tested."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from flex_ident.parameters import Identification, Parameter
+from flex_ident.recording import Floats, Notice
+
+GapVerdict = Literal["complete", "explained", "partly_explained", "unexplained", "rejected"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model of the search and the gap it leaves on data that its fit did not see, N m rms."""
+
+    model: str
+    gap: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where the gap concentrates: `share` of its energy lies where `variable` is in `range`, in `time_share` of time."""
+
+    variable: str
+    low: float
+    high: float
+    share: float
+    time_share: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The gap over one variable: bin centres (b,), mean (b,) and rms (b,) of the residual there, N m."""
+
+    variable: str
+    unit: str
+    centre: Floats
+    mean: Floats
+    rms: Floats
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another effect that was considered at the same step, and the gap it would have left, N m."""
+
+    effect: str
+    gap_after: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect that was accepted, or put in by hand."""
+
+    effect: str
+    verdict: Literal["accepted", "by_hand"]
+    confidence: float
+    gap_before: float
+    gap_after: float
+    parameters: tuple[Parameter, ...]
+    evidence: str
+    also_considered: tuple[Alternative, ...] = ()
+    indistinguishable_from: tuple[str, ...] = ()
+    experiment: str = ""
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A candidate that was not accepted, with the share of the gap's energy it would close, and why not."""
+
+    effect: str
+    share: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Untestable:
+    """An effect that this recording could not have shown, and the experiment that would."""
+
+    effect: str
+    orthogonal: float
+    experiment: str
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Where the recording repeats its motion: what repeats in the residual is model error, the rest is noise, N m."""
+
+    period_s: float
+    repeatable: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class GapCurves:
+    """Torque (m,), N m, over `time` (m,), s: measured, predicted by base and final model; `usable` rows (m,)."""
+
+    time: Floats
+    measured: Floats
+    base: Floats
+    final: Floats
+    usable: Floats
+
+
+@dataclass(frozen=True)
+class GapExplanation:
+    """The answer of `explain_gap`; `gap.json` is its public form."""
+
+    joint: str
+    sensors: str
+    verdict: GapVerdict
+    unit: str
+    before: float
+    after: float
+    noise_floor: float
+    steps: tuple[Step, ...]
+    where: tuple[Region, ...]
+    findings: tuple[Finding, ...]
+    rejected: tuple[Rejected, ...]
+    not_testable: tuple[Untestable, ...]
+    final: Identification
+    unexplained: str | None = None
+    where_left: tuple[Region, ...] = ()
+    repeats: Repeats | None = None
+    repeats_left: Repeats | None = None
+    notices: tuple[Notice, ...] = ()
+    curves: GapCurves | None = None
+    profiles: Mapping[str, tuple[Profile, Profile]] = field(default_factory=dict)
+    """The gap over each variable, before and after."""
+
+    @property
+    def closed(self) -> float:
+        """Share of the closable gap (above the noise floor, by energy) that the findings closed, 0 to 1."""
+        closable = self.before**2 - self.noise_floor**2
+        if closable <= 0.0:
+            return 0.0
+        return min(1.0, max(0.0, (self.before**2 - self.after**2) / closable))

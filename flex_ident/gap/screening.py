@@ -1,0 +1,91 @@
+"""Candidates ranked without refitting: what each would explain of the residual beyond the model's own parameters."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from flex_ident.estimation.fit import Fit, SimulationFit
+from flex_ident.gap.candidates import REPLACES, Candidate, refined_candidates
+from flex_ident.recording import Floats
+
+TESTABLE = 0.05
+"""Share of an effect's signature, by norm, that must be orthogonal to the model's own parameters."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a candidate promises: twice the log-likelihood it would gain, and how much of it the model cannot mimic."""
+
+    candidate: Candidate
+    gain: float
+    orthogonal: float
+    sizes: tuple[float, ...]
+    direction: Floats
+    """The explained part of the residual (r,), unit norm."""
+
+
+def scores(solver: SimulationFit, fit: Fit, tried: Iterable[Candidate]) -> list[Score]:
+    """The best score of each effect, best first. Probes are simulated at finite size, on all cores."""
+    bases = {drop: _orthonormal(fit, drop) for drop in ("", *REPLACES.values())}
+
+    def scored(candidate: Candidate) -> Score | None:
+        return _score(solver, fit, candidate, bases[REPLACES.get(candidate.effect, "")])
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        best = _best(pool.map(scored, tried))
+        finer = [c for s in best.values() for c in refined_candidates(s.candidate)]
+        best = _best([*best.values(), *pool.map(scored, finer)])
+    return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def _best(found: Iterable[Score | None]) -> dict[tuple[str, str], Score]:
+    best: dict[tuple[str, str], Score] = {}
+    for score in found:
+        if score is None:
+            continue
+        key = (score.candidate.effect, score.candidate.side)
+        if key not in best or score.gain > best[key].gain:
+            best[key] = score
+    return best
+
+
+def _orthonormal(fit: Fit, drop: str) -> Floats:
+    """Orthonormal columns (r, k) of what the model's own free parameters can do."""
+    kept = [i for i, key in enumerate(fit.free) if key != drop]
+    jacobian = fit.jacobian[:, kept]
+    scale = np.linalg.norm(jacobian, axis=0)
+    jacobian = jacobian[:, scale > 0.0] / scale[scale > 0.0]
+    u, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
+    basis: Floats = u[:, singular > 1e-7 * singular[0]]
+    return basis
+
+
+def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]) -> Floats:
+    """Change (r,) of the whitened residual when the model takes other values."""
+    moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)
+    return moved - fit.residual
+
+
+def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats) -> Score | None:
+    columns = np.column_stack([whitened_change(solver, fit, p) for p in candidate.probes])
+    if not np.isfinite(columns).all():
+        return None
+    whole = np.linalg.norm(columns, axis=0)
+    if not (whole > 0.0).all():
+        return None
+    rest = columns - basis @ (basis.T @ columns)
+    orthogonal = float(np.max(np.linalg.norm(rest, axis=0) / whole))
+    residual = fit.residual - basis @ (basis.T @ fit.residual)
+    solution, *_ = np.linalg.lstsq(rest, -residual, rcond=1e-9)
+    if candidate.one_sided and solution[0] <= 0.0:
+        return Score(candidate, 0.0, orthogonal, tuple(map(float, solution)), np.zeros_like(residual))
+    explained = rest @ solution
+    size = float(np.linalg.norm(explained))
+    # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.
+    direction = explained / size if size > 0.0 else explained
+    return Score(candidate, size**2, orthogonal, tuple(map(float, solution)), direction)
