@@ -79,8 +79,10 @@ def explain(
     unexplained = None
     if structured:
         place = where_left[0].text if where_left else "it is spread evenly"
-        unexplained = f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect of the catalogue accounts for it; "
+        unexplained = (
+            f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect of the catalogue accounts for it; "
             f"{place}."
+        )
     report(1.0, "explained")
     return GapExplanation(
         joint=recording.joint,

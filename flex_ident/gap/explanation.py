@@ -22,7 +22,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Region:
-    """Where the gap concentrates: `share` of its energy lies where `variable` is in `range`, in `time_share` of time."""
+    """Where the gap lies: `share` of its energy where `variable` is `low` to `high`, in `time_share` of the time."""
 
     variable: str
     low: float

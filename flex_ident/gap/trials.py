@@ -172,7 +172,9 @@ def _closed(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float]:
     return excess, 1.0 - max(excess, 0.0) / excess_before
 
 
-def _objection(solver: GapFit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut, share: float) -> str:
+def _objection(
+    solver: GapFit, before: Fit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut, share: float
+) -> str:
     """Why a candidate is not accepted; empty when nothing speaks against it."""
     if evidence < EVIDENCE:
         return (
