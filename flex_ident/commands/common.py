@@ -101,7 +101,9 @@ def given_settings(
     return values
 
 
-NODE_KEYS = ("bag", "bag_directories", "without", "effects", "add", "simulated", "use_sim_time")
+NODE_KEYS = (
+    "bag", "bag_directories", "output_directory", "method", "without", "effects", "add", "simulated", "use_sim_time",
+)  # fmt: skip
 """Keys of the identifier node that a shared file may hold."""
 
 

@@ -89,10 +89,13 @@ def _check_bag(parser: argparse.ArgumentParser) -> None:
     add_settings(parser)
 
     def run(given: argparse.Namespace) -> int:
-        from flex_ident.commands.check_bag import checked_bag
+        from flex_ident.commands.check_bag import bag_check
         from flex_ident.commands.options import signal_selection
 
-        print(checked_bag(given.bag, signal_selection(given_settings(given))))
+        text, error = bag_check(given.bag, signal_selection(given_settings(given)))
+        print(text)
+        if error is not None:
+            raise error
         return 0
 
     parser.set_defaults(function=run)

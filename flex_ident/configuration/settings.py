@@ -84,3 +84,10 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("model", "", "a model.yaml to start from", metavar="FILE"),
     Setting("out", "", "where to write; default ./flex_ident_results/BAGNAME_JOINT", metavar="DIR"),
 )  # fmt: skip
+
+GAP_SETTINGS: tuple[Setting, ...] = (
+    Setting("without", "", "base parameters to drop, MX,MY", metavar="KEYS"),
+    Setting("effects", "", "the catalogue restricted to these effects, comma-separated", metavar="LIST"),
+    Setting("add", "", "effects put in by hand, comma-separated", metavar="EFFECT"),
+    Setting("simulated", "", "a recording of the same experiment from a simulator: what is off in it", metavar="BAG"),
+)

@@ -23,6 +23,7 @@ from flex_ident.gap.explanation import (
     GapExplanation,
     GapVerdict,
     Profile,
+    Region,
     Step,
 )
 from flex_ident.gap.fitting import GapFit, base_fit
@@ -34,10 +35,13 @@ from flex_ident.gap.trials import effects_in
 from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.parameters import Identification
 from flex_ident.recording import Floats, Notice, Recording
+from flex_ident.regression.motor_equation import motor_equation_notice
 
 VALIDATION_ITERATIONS = 5
 SMALL_GAP = 0.006
 """Share of the torque's rms under which what is left is the method's own error (reversals, numbers), not physics."""
+VISIBLE = 1.03
+"""Gap over the noise floor from which it makes sense to say where it lies."""
 STRUCTURE = 1.12
 """Gap over the noise floor from which what is left counts as structure."""
 
@@ -65,13 +69,21 @@ def explain(
     report(0.92, "describing what is left")
     first = _torque_residual(problem, base.values)
     last = _torque_residual(problem, search.fit.values)
-    floor = min(noise_floor(last, problem.usable, problem.rate_hz), gaps[-1])
+    repeats_left = repeated(problem, last, problem.usable)
+    floor = repeats_left.noise if repeats_left else noise_floor(last, problem.usable, problem.rate_hz)
+    floor = min(floor, gaps[-1])
     final = _final(recording, problem, search, trained[-1], held, sensors)
     steps = _steps(search, gaps)
     findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
+    notices = _notices(search, problem)
+    if final.verdict == "rejected":
+        notices = (*notices, *_refusal(recording, sensors, findings))
+        findings = ()
     before_variables = variables(problem, base.values)
     after_variables = variables(problem, search.fit.values)
-    where = regions(before_variables, first, problem.usable, problem.rate_hz, floor)
+    where: tuple[Region, ...] = ()
+    if gaps[0] > VISIBLE * floor:
+        where = regions(before_variables, first, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, last, problem.usable, problem.rate_hz, floor)
     torque = float(np.sqrt(np.mean(problem.torque[problem.usable] ** 2)))
     structured = gaps[-1] > STRUCTURE * floor and math.sqrt(max(gaps[-1] ** 2 - floor**2, 0.0)) > SMALL_GAP * torque
@@ -101,8 +113,8 @@ def explain(
         unexplained=unexplained,
         where_left=where_left,
         repeats=repeated(problem, first, problem.usable),
-        repeats_left=repeated(problem, last, problem.usable),
-        notices=_notices(search, problem),
+        repeats_left=repeats_left,
+        notices=notices,
         curves=_curves(problem, base.values, search.fit.values),
         profiles=_profiles(before_variables, after_variables, first, last, problem.usable),
     )
@@ -202,7 +214,7 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
 
 
 def _verdict(final: Identification, findings: Sequence[Finding], structured: bool) -> GapVerdict:
-    if not math.isfinite(final.fit.relative_error_percent) or final.fit.relative_error_percent > 60.0:
+    if final.verdict == "rejected":
         return "rejected"
     if findings:
         return "partly_explained" if structured else "explained"
@@ -220,6 +232,19 @@ def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
             )
             notices.append(Notice(f"{key}_below_a_sample", text))
     return tuple(notices)
+
+
+def _refusal(recording: Recording, sensors: str, findings: Sequence[Finding]) -> list[Notice]:
+    """Why nothing is named on a recording that does not determine the base model."""
+    text = "the recording does not determine the base model, so nothing is named"
+    if findings:
+        text += f" ({', '.join(f.effect for f in findings)} would close some of the gap, by chance for all we know)"
+    notices = [Notice("base_not_determined", text + ".")]
+    if sensors == "motor+link":
+        said = motor_equation_notice(recording)
+        if said is not None:
+            notices.append(said)
+    return notices
 
 
 def _curves(problem: FitProblem, base: Mapping[str, float], final: Mapping[str, float]) -> GapCurves:

@@ -45,7 +45,7 @@ class GapOptions:
 
     @property
     def base_catalogue(self) -> tuple[str, ...]:
-        """Base keys of the kind of joint: eq. 11, or J, FV, FS of a rigid one. A constant torque is an effect."""
+        """Base keys: eq. 11, whose constant torque is an effect; J, FV, FS and offset of a rigid joint."""
         if self.rigid:
-            return tuple(k for k in RIGID_KEYS if k not in ("offset", "MX", "MY"))
+            return tuple(k for k in RIGID_KEYS if k not in ("MX", "MY"))
         return tuple(k for k in FLEXIBLE_KEYS if k != "offset")

@@ -30,7 +30,7 @@ CLEAR_SHARE = 0.4
 """Share of the cost on left-out data whose fall speaks for itself, be it all in a few seconds of resonance."""
 SMALLEST_SHARE = 0.2
 """Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
-SIGNIFICANT = 4.0
+SIGNIFICANT = 3.0
 ITERATIONS = 10
 RACE, FINALISTS = 4, 2
 """Iterations of the race among shapes of one effect, and how many go on from it."""

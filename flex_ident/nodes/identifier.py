@@ -13,18 +13,19 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from diagnostic_msgs.srv import SelfTest
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flex_ident.commands.common import one_line
 from flex_ident.commands.jobs import finished_identification
-from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Setting
+from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, Setting
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare
@@ -33,10 +34,7 @@ SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in ("out", "model"))
 NODE_SETTINGS = (
     Setting("bag", "", "the recording: a path inside bag_directories"),
     Setting("model", "", "a model.yaml to start from, inside bag_directories"),
-    Setting("without", "", "explain_gap: base parameters to drop, MX,MY"),
-    Setting("effects", "", "explain_gap: the catalogue restricted to these effects"),
-    Setting("add", "", "explain_gap: an effect put in by hand"),
-    Setting("simulated", "", "explain_gap: a recording of the same experiment from a simulator"),
+    *GAP_SETTINGS,
 )
 FIXED_SETTINGS = (Setting("output_directory", "flex_ident_results", "where results are written; empty: nowhere"),)
 LEVELS = {
@@ -60,6 +58,8 @@ class Identifier(Node):
             description="folders that bags may lie in; nothing outside is read", read_only=True
         )
         self.declare_parameter("bag_directories", ["."], folders)
+        current(self, (*SETTINGS, *NODE_SETTINGS))
+        self.add_on_set_parameters_callback(self._checked)
         self._busy = threading.Lock()
         self._job = "idle"
         self._share = 0.0
@@ -71,6 +71,16 @@ class Identifier(Node):
         self._result = self.create_publisher(String, "~/result", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._diagnose, callback_group=group)
+
+    def _checked(self, parameters: list[Parameter]) -> SetParametersResult:
+        known = {s.key: s for s in (*SETTINGS, *NODE_SETTINGS)}
+        try:
+            for parameter in parameters:
+                if parameter.name in known:
+                    known[parameter.name].checked(parameter.value, self.get_name())
+        except ConfigurationError as error:
+            return SetParametersResult(successful=False, reason=one_line(error))
+        return SetParametersResult(successful=True)
 
     def _identify(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return self._answer(response, "identify", self._identified)

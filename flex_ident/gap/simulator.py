@@ -1,0 +1,91 @@
+"""A user's own simulation against the measurement: which of its parameters are off, and which effect it lacks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from flex_ident.estimation.identification import identify
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap.explain import explain
+from flex_ident.gap.explanation import GapExplanation
+from flex_ident.gap.options import GapOptions
+from flex_ident.gap.search import Progress
+from flex_ident.parameters import Identification, Parameter
+from flex_ident.recording import Recording
+
+OFF_SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A parameter of the simulation beside the measured one; `sigmas` is their distance in standard deviations."""
+
+    simulated: Parameter
+    measured: Parameter
+
+    @property
+    def key(self) -> str:
+        """The parameter's key."""
+        return self.measured.key
+
+    @property
+    def percent(self) -> float:
+        """By how much the simulation's value lies above the measured one, in percent of the latter."""
+        if self.measured.value == 0.0:
+            return math.inf
+        return 100.0 * (self.simulated.value / self.measured.value - 1.0)
+
+    @property
+    def sigmas(self) -> float:
+        """Distance in standard deviations of both."""
+        std = math.hypot(self.simulated.std, self.measured.std)
+        return abs(self.simulated.value - self.measured.value) / std if 0.0 < std < math.inf else 0.0
+
+    @property
+    def off(self) -> bool:
+        """Whether the difference is beyond chance, both values being determined."""
+        return self.simulated.identifiable and self.measured.identifiable and self.sigmas > OFF_SIGMAS
+
+
+@dataclass(frozen=True)
+class SimulatorGap:
+    """What the simulation says of itself, its parameters against the measured ones, and the measurement's own gap."""
+
+    simulated: Identification
+    differences: tuple[Difference, ...]
+    explanation: GapExplanation
+    lacks: tuple[str, ...]
+    """Effects that the measurement shows and the simulation does not have."""
+
+
+def compared_with_simulator(
+    measured: Recording, simulated: Recording, options: GapOptions, *, progress: Progress | None = None
+) -> SimulatorGap:
+    """Both recordings explained; the effects found only in the measurement are what the simulation lacks."""
+    explanation = explain(measured, options, progress=progress)
+    sensors = explanation.sensors if simulated.link_position is not None else "motor"
+    own = explain(simulated, replace(options, sensors=sensors, model=None))
+    base = identify(simulated, IdentifyOptions(sensors=sensors, rigid=options.rigid)) if not own.findings else own.final
+    found = {p.key: p for p in base.parameters}
+    differences = tuple(
+        Difference(found[p.key], p) for p in explanation.final.parameters if p.key in found and "." not in p.key
+    )
+    has = {f.effect for f in own.findings}
+    lacks = tuple(f.effect for f in explanation.findings if f.effect not in has)
+    return SimulatorGap(base, differences, explanation, lacks)
+
+
+def simulator_content(gap: SimulatorGap) -> dict[str, Any]:
+    """The JSON form: each parameter with both values, and what the simulation lacks."""
+    return {
+        "parameters": {
+            d.key: {
+                "simulated": d.simulated.value, "measured": d.measured.value,
+                "off_percent": d.percent if math.isfinite(d.percent) else None, "sigmas": d.sigmas, "off": d.off,
+            }
+            for d in gap.differences
+        },
+        "lacks": list(gap.lacks),
+    }  # fmt: skip

@@ -1,0 +1,63 @@
+"""An explained gap for a person at a terminal."""
+
+from __future__ import annotations
+
+from flex_ident.effects import effect_named
+from flex_ident.gap.explanation import Finding, GapExplanation
+from flex_ident.report.table import rounded, text_table
+
+SUMMARY = {
+    "complete": "nothing is missing: what is left of the gap is noise",
+    "explained": "what was missing is named, and the rest is noise",
+    "partly_explained": "something was missing and is named, but a gap remains",
+    "unexplained": "a gap remains that no effect of the catalogue accounts for",
+    "rejected": "the base model does not describe this recording at all",
+}
+
+
+def finding_text(finding: Finding) -> str:
+    """An effect with its numbers, in one line."""
+    numbers = ", ".join(
+        f"{p.key} {rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)} {p.unit}".rstrip()
+        for p in finding.parameters
+    )
+    how = "put in by hand" if finding.verdict == "by_hand" else f"confidence {finding.confidence:.2f}"
+    return f"{finding.effect}: {effect_named(finding.effect).summary} ({numbers}; {how})"
+
+
+def gap_text(explanation: GapExplanation) -> str:
+    """Verdict, steps, findings, regions, what was not accepted and what could not be tested."""
+    e = explanation
+    lines = [f"{e.joint}: {e.verdict.replace('_', ' ')}: {SUMMARY[e.verdict]}  (sensors {e.sensors})", ""]
+    rows = [
+        (s.model, f"{s.gap:.4g}", f"{100 * (s.gap / e.before - 1):+.1f} %" if i else "") for i, s in enumerate(e.steps)
+    ]
+    rows.append(("noise floor", f"{e.noise_floor:.4g}", ""))
+    lines.append(text_table(("model", f"gap, {e.unit} rms, data not fitted", ""), rows, right=(1, 2)))
+    for finding in e.findings:
+        lines += ["", finding_text(finding), f"  {finding.evidence}"]
+        if finding.also_considered:
+            others = ", ".join(f"{a.effect} (gap {a.gap_after:.3g})" for a in finding.also_considered)
+            lines.append(f"  also considered: {others}")
+        if finding.indistinguishable_from:
+            names = ", ".join(finding.indistinguishable_from)
+            lines.append(f"  this recording cannot tell it from {names}; what would: {finding.experiment}")
+    if e.repeats is not None and e.repeats_left is not None:
+        r, left = e.repeats, e.repeats_left
+        lines += [
+            "",
+            f"the motion repeats every {r.period_s:.3g} s: model error {r.repeatable:.3g} N m before, "
+            f"{left.repeatable:.3g} after; noise {left.noise:.3g}",
+        ]
+    if e.where:
+        lines += ["", "where the gap of the base model lies:", *(f"  {r.text}" for r in e.where)]
+    if e.unexplained:
+        lines += ["", f"unexplained: {e.unexplained}"]
+    refused = [r for r in e.rejected if r.share > 0.0 or "nothing" not in r.reason]
+    if refused:
+        lines += ["", "tried and not accepted:", *(f"  {r.effect}: {r.reason}" for r in refused)]
+    if e.not_testable:
+        lines += ["", "could not have been seen in this recording:"]
+        lines += [f"  {u.effect}: {u.experiment or 'another motion'} would show it" for u in e.not_testable]
+    lines += [f"note: {n.message}" for n in e.notices]
+    return "\n".join(lines)
