@@ -1,30 +1,39 @@
-"""MCAP files walked record by record, without index or summary: an unfinished file reads as far as it goes.
+"""MCAP files walked record by record, without index: an unfinished file reads as far as it goes.
 
-A chunk whose records all have the same length (one topic, constant layout, as a recorder of joint states writes it)
-is taken as one strided array; any other chunk record by record. Format: the MCAP specification, version 0.
+A run of messages of one topic and length, as a recorder of joint states writes it, is taken as one strided array.
+Format: the MCAP specification, version 0.
 """
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import struct
-from collections.abc import Iterator
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.bags.compression import decompressed
-from flex_ident.bags.messages import Block, Topic, block_of
+from flex_ident.bags.compression import decompressed, salvaged
+from flex_ident.bags.messages import Block, Topic
+from flex_ident.bags.records import MessageRecord, record_blocks
 from flex_ident.errors import BagError
 from flex_ident.recording import Notice
 
 MAGIC = b"\x89MCAP0\r\n"
-SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS, DATA_END = 2, 3, 4, 5, 6, 11, 15
 RECORD = struct.Struct("<BQ")
-MESSAGE_HEAD = 2 + 4 + 8 + 8
-HEAD = RECORD.size + MESSAGE_HEAD
-LIMIT = 1 << 40
+LAST_STANDARD, FIRST_PRIVATE = 15, 0x80
+FOOTER_BYTES = RECORD.size + 8 + 8 + 4
+PAYLOAD = RECORD.size + 2 + 4 + 8 + 8
+"""Opcode and length, then channel, sequence number, log time and publish time."""
+LOG_TIME = RECORD.size + 2 + 4
+ALIKE = np.arange(RECORD.size + 2)
+LOOSE = 1 << 23
+"""Bytes of messages outside of chunks that are taken together."""
 
 
 def _text(data: memoryview, at: int) -> tuple[str, int]:
@@ -35,44 +44,61 @@ def _text(data: memoryview, at: int) -> tuple[str, int]:
     return bytes(data[at : at + size]).decode("utf-8", "replace"), at + size
 
 
+def _log_times(raw: NDArray[np.uint8]) -> NDArray[np.int64]:
+    return raw.view("<i8").ravel().astype(np.int64)
+
+
 class McapFile:
     """One MCAP file. Raises BagError when it is none."""
 
-    ros1 = False
-
-    def __init__(self, path: Path, *, message_zstd: bool = False) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self._message_zstd = message_zstd
+        self.ros1 = False
+        """Whether its messages are serialised as in ROS 1, as `mcap convert` leaves them; known after `topics`."""
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._channels: dict[int, Topic] = {}
+        self._counts: dict[int, int] = {}
         self._notices: list[Notice] = []
         with path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise BagError(f"{path}: is not an MCAP file.")
             self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-        self._scanned = False
+        self._described = False
 
     def topics(self) -> tuple[Topic, ...]:
-        """The topics announced anywhere in the file."""
-        if not self._scanned:
-            for _ in self._chunks(describe_only=True):
-                pass
+        """The topics announced in the summary, or else anywhere in the file."""
+        if not self._described:
+            self._describe_summary()
+            if not self._channels:
+                for contents in self._stretches():
+                    for _ in record_blocks(contents, self._record_at(contents, frozenset()), _log_times):
+                        pass
             self._notices.clear()
-            self._scanned = True
+            self._described = True
         found: dict[str, Topic] = {}
-        for topic in self._channels.values():
-            found.setdefault(topic.name, topic)
+        for number, topic in self._channels.items():
+            before = found.get(topic.name)
+            count = self._counts.get(number)
+            if before is not None and before.count is not None and count is not None:
+                count += before.count
+            found[topic.name] = replace(before or topic, count=count)
         return tuple(found.values())
 
     def notices(self) -> tuple[Notice, ...]:
         """What was lost to damage."""
         return tuple(self._notices)
 
+    def close(self) -> None:
+        """Let go of the file; blocks still in use keep it open."""
+        with contextlib.suppress(BufferError):
+            self._map.close()
+
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
         """Messages of the wanted topics, about a chunk at a time."""
         self.topics()
-        for data in self._chunks(describe_only=False):
-            yield from self._messages(data, wanted)
+        self._notices.clear()
+        for contents in self._stretches():
+            yield from record_blocks(contents, self._record_at(contents, wanted), _log_times)
 
     def _lost(self, at: int, why: str) -> None:
         size = len(self._map)
@@ -82,72 +108,92 @@ class McapFile:
         )
         self._notices.append(Notice("bag_damaged", text))
 
-    def _chunks(self, *, describe_only: bool) -> Iterator[NDArray[np.uint8]]:
-        """The decompressed contents of each chunk, and runs of messages outside of chunks."""
-        view = memoryview(self._map)
-        whole = np.frombuffer(self._map, np.uint8)
+    def _stretches(self) -> Iterator[NDArray[np.uint8]]:
+        """Stretches of messages, schemas and channels: the contents of each chunk, and what stands outside of them."""
+        view, whole = memoryview(self._map), np.frombuffer(self._map, np.uint8)
         at, end = len(MAGIC), len(view)
-        loose_start: int | None = None
-        while at < end:
-            if end - at < RECORD.size:
-                self._lost(at, "is cut")
-                break
+        loose = at
+        """From here to `at`, records outside of chunks."""
+        released = 0
+        while at + RECORD.size <= end:
             opcode, size = RECORD.unpack_from(view, at)
-            body = at + RECORD.size
-            if opcode == 0 or size > LIMIT or (opcode > 15 and opcode < 0x80):
-                if bytes(view[at : at + 8]) != MAGIC:
-                    self._lost(at, "is damaged")
-                break
-            if loose_start is not None and opcode != MESSAGE:
-                yield whole[loose_start:at]
-                loose_start = None
-            if body + size > end:
-                if opcode == CHUNK and not describe_only:
-                    yield from self._partial_chunk(view[body:end])
+            body, follower = at + RECORD.size, at + RECORD.size + size
+            unknown = opcode == 0 or LAST_STANDARD < opcode < FIRST_PRIVATE
+            if opcode not in (MESSAGE, SCHEMA, CHANNEL) or follower > end or at - loose > LOOSE:
+                if at > loose:
+                    yield whole[loose:at]
+                loose = at
+            if opcode in (DATA_END, FOOTER):
+                return
+            if unknown:
+                self._lost(at, "is damaged")
+                return
+            if opcode == CHUNK:
+                contents = self._contents(view[body : min(follower, end)], at)
+                if contents.size:
+                    yield contents
+                released = self._released(released, at)
+            if follower > end:
                 self._lost(at, "is cut")
-                at = end
-                loose_start = None
-                break
-            if opcode == MESSAGE and loose_start is None:
-                loose_start = at
-            elif opcode in (SCHEMA, CHANNEL):
-                self._describe(opcode, view[body : body + size])
-            elif opcode == CHUNK:
-                if describe_only:
-                    self._describe_chunk(view[body : body + size])
-                else:
-                    contents = self._contents(view[body : body + size], at)
-                    if contents is not None:
-                        yield contents
-            elif opcode == DATA_END:
-                break
-            at = body + size
+                return
+            at = follower
+            if opcode not in (MESSAGE, SCHEMA, CHANNEL):
+                loose = at
+        if at > loose:
+            yield whole[loose:at]
+        if at < end:
+            self._lost(at, "is cut")
         else:
-            if loose_start is None and not describe_only:
-                self._notices.append(Notice("bag_unfinished", f"{self.path.name} was not closed: read to its end."))
-        if loose_start is not None:
-            yield whole[loose_start:at]
+            self._notices.append(Notice("bag_unfinished", f"{self.path.name} was not closed: read to its end."))
 
-    def _describe_chunk(self, chunk: memoryview) -> None:
-        """Schemas and channels inside a chunk; they stand before the first message that needs them."""
-        contents = self._contents(chunk, -1)
-        if contents is None:
+    def _released(self, start: int, stop: int) -> int:
+        """Take the file's pages from `start` to `stop` out of this process' memory; where the next pages begin."""
+        stop -= stop % mmap.PAGESIZE
+        if stop > start and hasattr(mmap, "MADV_DONTNEED"):
+            self._map.madvise(mmap.MADV_DONTNEED, start, stop - start)
+        return max(start, stop)
+
+    def _contents(self, chunk: memoryview, at: int) -> NDArray[np.uint8]:
+        """The plain contents (k,) of a chunk, or what can be saved of one that is cut; none of a damaged one."""
+        try:
+            size, checksum = struct.unpack_from("<QI", chunk, 16)
+            compression, start = _text(chunk, 28)
+            (length,) = struct.unpack_from("<Q", chunk, start)
+            packed = chunk[start + 8 : start + 8 + length]
+            if len(packed) < length:
+                return salvaged(packed, compression)
+            plain = decompressed(packed, compression, size)
+            if checksum and zlib.crc32(plain.data) != checksum:
+                raise BagError("the checksum of a chunk does not agree.")
+            return plain
+        except (struct.error, BagError):
+            text = f"{self.path.name}: the chunk at byte {at} is damaged and was left out."
+            self._notices.append(Notice("bag_damaged", text))
+            return np.zeros(0, np.uint8)
+
+    def _describe_summary(self) -> None:
+        """Take schemas and channels from the summary at the file's end, if there is one."""
+        view, end = memoryview(self._map), len(self._map) - len(MAGIC)
+        footer = end - FOOTER_BYTES
+        if footer < len(MAGIC) or view[footer] != FOOTER or bytes(view[end:]) != MAGIC:
             return
-        view = memoryview(contents)  # type: ignore[arg-type]
-        at = 0
-        while at + RECORD.size <= len(view):
+        (at,) = struct.unpack_from("<Q", view, footer + RECORD.size)
+        while len(MAGIC) <= at <= footer - RECORD.size:
             opcode, size = RECORD.unpack_from(view, at)
-            if opcode in (SCHEMA, CHANNEL):
-                self._describe(opcode, view[at + RECORD.size : at + RECORD.size + size])
-            elif opcode == MESSAGE:
-                stride = RECORD.size + size
-                count = (len(view) - at) // stride
-                heads = contents[at : at + count * stride].reshape(count, stride)
-                same = (heads[:, : RECORD.size] == heads[0, : RECORD.size]).all(axis=1)
-                run = count if same.all() else int(np.argmin(same))
-                at += run * stride
-                continue
-            at += RECORD.size + size
+            at += RECORD.size
+            if opcode in (SCHEMA, CHANNEL) and at + size <= footer:
+                self._describe(opcode, view[at : at + size])
+            elif opcode == STATISTICS and at + size <= footer:
+                self._count(view[at : at + size])
+            at += size
+
+    def _count(self, statistics: memoryview) -> None:
+        """Take the count of messages of each channel."""
+        with contextlib.suppress(struct.error):
+            (size,) = struct.unpack_from("<I", statistics, 42)
+            for at in range(46, 46 + size, 10):
+                channel, count = struct.unpack_from("<HQ", statistics, at)
+                self._counts[channel] = count
 
     def _describe(self, opcode: int, data: memoryview) -> None:
         try:
@@ -157,96 +203,43 @@ class McapFile:
                 encoding, at = _text(data, at)
                 definition, _ = _text(data, at)
                 self._schemas[number] = (name, encoding, definition)
-            else:
+            elif number not in self._channels:
                 (schema,) = struct.unpack_from("<H", data, 2)
-                topic, _ = _text(data, 4)
+                topic, at = _text(data, 4)
+                serialisation, _ = _text(data, at)
+                self.ros1 |= serialisation == "ros1"
                 name, encoding, definition = self._schemas.get(schema, ("", "", ""))
-                form = "idl" if encoding == "ros2idl" else "msg"
-                self._channels[number] = Topic(topic, name, definition, form)
-        except struct.error as error:
-            raise BagError(
-                f"{self.path}: a {'schema' if opcode == SCHEMA else 'channel'} record is damaged."
-            ) from error
-
-    def _contents(self, chunk: memoryview, at: int) -> NDArray[np.uint8] | None:
-        try:
-            (size,) = struct.unpack_from("<Q", chunk, 16)
-            compression, start = _text(chunk, 28)
-            (length,) = struct.unpack_from("<Q", chunk, start)
-            return decompressed(chunk[start + 8 : start + 8 + length], compression, size)
-        except (struct.error, BagError, ValueError):
-            if at >= 0:
-                self._notices.append(
-                    Notice("bag_damaged", f"{self.path.name}: the chunk at byte {at} is damaged and was left out.")
-                )
-            return None
-
-    def _partial_chunk(self, chunk: memoryview) -> Iterator[NDArray[np.uint8]]:
-        """The records in front of the cut of a chunk that is not compressed."""
-        try:
-            compression, start = _text(chunk, 28)
+                package, _, kind = name.rpartition("/")
+                name = name if "/" in package else f"{package}/msg/{kind}"
+                self._channels[number] = Topic(topic, name, definition, "idl" if encoding.endswith("idl") else "msg")
         except struct.error:
-            return
-        if compression == "" and len(chunk) > start + 8:
-            yield np.frombuffer(chunk[start + 8 :], np.uint8)
+            kind = "schema" if opcode == SCHEMA else "channel"
+            text = f"{self.path.name}: a {kind} record is damaged and was left out."
+            self._notices.append(Notice("bag_damaged", text))
 
-    def _messages(self, data: NDArray[np.uint8], wanted: frozenset[str]) -> Iterator[Block]:
+    def _record_at(self, data: NDArray[np.uint8], wanted: frozenset[str]) -> Callable[[int], MessageRecord | int]:
         view = memoryview(data)  # type: ignore[arg-type]
-        at, end = 0, data.size
-        pending: dict[int, tuple[list[int], list[int], list[int]]] = {}
-        while at + RECORD.size <= end:
+        end = len(view)
+        met: dict[tuple[int, int], MessageRecord] = {}
+
+        def record_at(at: int) -> MessageRecord | int:
+            if at + RECORD.size > end:
+                return 0
             opcode, size = RECORD.unpack_from(view, at)
             stride = RECORD.size + size
             if at + stride > end:
-                break
-            if opcode != MESSAGE:
+                return 0
+            if opcode != MESSAGE or stride < PAYLOAD:
                 if opcode in (SCHEMA, CHANNEL):
                     self._describe(opcode, view[at + RECORD.size : at + stride])
-                at += stride
-                continue
-            count = (end - at) // stride
-            if count >= 8:
-                records = data[at : at + count * stride].reshape(count, stride)
-                # opcode, length and channel: the same in every record of the run
-                same = (records[:, :11] == records[0, :11]).all(axis=1)
-                run = count if same.all() else int(np.argmin(same))
-                if run >= 8:
-                    yield from self._run(records[:run], at, data, wanted)
-                    at += run * stride
-                    continue
+                return int(stride)
             channel = view[at + 9] | view[at + 10] << 8
-            topic = self._channels.get(channel)
-            if topic is not None and topic.name in wanted:
-                received, starts, lengths = pending.setdefault(channel, ([], [], []))
-                received.append(struct.unpack_from("<Q", view, at + 15)[0])
-                starts.append(at + HEAD)
-                lengths.append(size - MESSAGE_HEAD)
-            at += stride
-        for channel, (received, starts, lengths) in pending.items():
-            yield self._block(channel, np.array(received, np.int64), data, np.array(starts), np.array(lengths))
+            record = met.get((channel, stride))
+            if record is None:
+                topic = self._channels.get(channel)
+                name = topic.name if topic is not None and topic.name in wanted else None
+                record = MessageRecord(name, stride, LOG_TIME, PAYLOAD, stride - PAYLOAD, ALIKE, ALIKE.size)
+                met[channel, stride] = record
+            return record
 
-    def _run(
-        self, records: NDArray[np.uint8], at: int, data: NDArray[np.uint8], wanted: frozenset[str]
-    ) -> Iterator[Block]:
-        channel = int(records[0, 9]) | int(records[0, 10]) << 8
-        topic = self._channels.get(channel)
-        if topic is None or topic.name not in wanted:
-            return
-        count, stride = records.shape
-        received = np.ascontiguousarray(records[:, 15:23]).view("<i8").ravel().astype(np.int64)
-        starts = at + HEAD + stride * np.arange(count, dtype=np.int64)
-        yield self._block(channel, received, data, starts, np.full(count, stride - HEAD, np.int64))
-
-    def _block(
-        self,
-        channel: int,
-        received: NDArray[np.int64],
-        data: NDArray[np.uint8],
-        starts: NDArray[np.int64],
-        lengths: NDArray[np.int64],
-    ) -> Block:
-        block = Block(self._channels[channel].name, received, data, starts, lengths)
-        if not self._message_zstd:
-            return block
-        payloads = [bytes(decompressed(memoryview(block.payload(i)), "zstd", 0)) for i in range(received.size)]
-        return block_of(block.topic, received.tolist(), payloads)
+        return record_at

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.recording import Notice
+
+ROWS = 4096
+"""Messages in a block, at most."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,8 @@ class Topic:
     message_type: str
     definition: str = ""
     definition_format: str = "msg"
+    count: int | None = None
+    """Messages that the bag says it holds, where it does."""
 
 
 @dataclass(frozen=True)
@@ -38,25 +43,29 @@ class Block:
 
 
 class Storage(Protocol):
-    """An opened bag."""
+    """An opened bag file."""
 
     ros1: bool
 
     def topics(self) -> tuple[Topic, ...]:
-        """The topics that the bag holds."""
+        """The topics that the file holds."""
         ...
 
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
-        """The messages of the wanted topics, in blocks of bounded size."""
+        """The messages of the wanted topics, in blocks of bounded size; those of one topic in the file's order."""
         ...
 
     def notices(self) -> tuple[Notice, ...]:
         """What could not be read, complete only after `blocks` ran to its end."""
         ...
 
+    def close(self) -> None:
+        """Let go of the file."""
+        ...
 
-def block_of(topic: str, received: list[int], payloads: list[bytes]) -> Block:
+
+def block_of(topic: str, received: Sequence[int] | NDArray[np.int64], payloads: Sequence[bytes]) -> Block:
     """One block from single messages."""
-    lengths = np.array([len(p) for p in payloads], np.int64)
+    lengths = np.fromiter(map(len, payloads), np.int64, len(payloads))
     starts = np.concatenate((np.zeros(1, np.int64), np.cumsum(lengths)))[:-1]
     return Block(topic, np.array(received, np.int64), np.frombuffer(b"".join(payloads), np.uint8), starts, lengths)

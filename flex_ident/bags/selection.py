@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flex_ident.bags.joint_states import FIELDS
 from flex_ident.errors import UsageError
 
+FIELDS = ("position", "velocity", "effort")
 JOINT_STATES = "/joint_states"
-REFERENCE_TOPIC = "/chirp_exciter/reference"
-LINK_TOPICS = ("/link_joint_states",)
+REFERENCE = "/chirp_exciter/reference"
+LINK_STATES = "/link_joint_states"
+
+
+def is_link_topic(topic: str) -> bool:
+    """Whether the topic, in whatever namespace, is where link encoders are published."""
+    return topic.endswith(LINK_STATES)
+
+
+def is_reference_topic(topic: str) -> bool:
+    """Whether the topic, in whatever namespace, is the exciter's reference."""
+    return topic.endswith(REFERENCE)
 
 
 @dataclass(frozen=True)
@@ -51,12 +61,17 @@ class Place:
         return f"{self.topic}:{rest}" if rest else self.topic
 
 
-def place_of(text: str, *, joint: str, field: str, is_joint_state: bool) -> Place:
-    """The place that `text` names; NAME and FIELD default to the joint and the role's `field`."""
-    topic, _, rest = text.partition(":")
+def topic_of(text: str) -> str:
+    """The topic that `text`, TOPIC[:NAME[.FIELD]], names. Raises UsageError when it names none."""
+    topic = text.partition(":")[0]
     if not topic:
         raise UsageError(f"'{text}' names no topic: expected TOPIC[:NAME[.FIELD]].")
-    topic = topic if topic.startswith("/") else f"/{topic}"
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
+def place_of(text: str, *, joint: str, field: str, is_joint_state: bool) -> Place:
+    """The place that `text` names; NAME and FIELD default to the joint and the role's `field`."""
+    topic, rest = topic_of(text), text.partition(":")[2]
     if not is_joint_state:
         return Place(topic, "", rest)
     name, dot, last = rest.rpartition(".")

@@ -1,19 +1,18 @@
-"""rosbag2's sqlite3 files, read in blocks of rows."""
+"""rosbag2's sqlite3 files, read in blocks of rows; of a file that was cut, the rows in front of the cut."""
 
 from __future__ import annotations
 
 import contextlib
 import sqlite3
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
-from flex_ident.bags.compression import decompressed
-from flex_ident.bags.messages import Block, Topic, block_of
+from flex_ident.bags.messages import ROWS, Block, Topic, block_of
 from flex_ident.errors import BagError
 from flex_ident.recording import Notice
 
 MAGIC = b"SQLite format 3\x00"
-ROWS = 20_000
 
 
 class SqliteFile:
@@ -21,54 +20,96 @@ class SqliteFile:
 
     ros1 = False
 
-    def __init__(self, path: Path, *, message_zstd: bool = False) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self._message_zstd = message_zstd
         self._notices: list[Notice] = []
         # A write-ahead log beside the file holds the newest messages of a recorder that was killed: it needs mode=ro;
         # without one, immutable also reads from a folder that cannot be written.
         log = path.with_name(path.name + "-wal")
-        mode = "mode=ro" if log.exists() and log.stat().st_size else "mode=ro&immutable=1"
+        self._lost_log: list[Notice] = []
+        logged = log.exists() and log.stat().st_size > 0
         try:
-            self._database = sqlite3.connect(f"{path.resolve().as_uri()}?{mode}", uri=True, check_same_thread=False)
-            rows = self._database.execute("SELECT id, name, type FROM topics").fetchall()
-        except sqlite3.Error as error:
-            raise BagError(f"{path}: cannot be read as a rosbag2 database ({error}).") from error
+            self._database, rows = _opened(path, "mode=ro" if logged else "mode=ro&immutable=1")
+        except BagError:
+            if not logged:
+                raise
+            self._database, rows = _opened(path, "mode=ro&immutable=1")
+            text = (
+                f"{log.name} cannot be read: the newest messages are lost. Copy the bag to a folder that is writable."
+            )
+            self._lost_log.append(Notice("bag_damaged", text))
         definitions: dict[str, tuple[str, str]] = {}
         with contextlib.suppress(sqlite3.Error):
             for kind, encoding, text in self._database.execute(
                 "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
             ):
-                definitions[kind] = (str(text), "idl" if encoding == "ros2idl" else "msg")
+                definitions[str(kind)] = (str(text), "idl" if encoding == "ros2idl" else "msg")
         self._topics = {
-            int(number): Topic(str(name), str(kind), *definitions.get(str(kind), ("", "msg")))
+            number: Topic(name, kind, *definitions.get(kind, ("", "msg")))
             for number, name, kind in rows
+            if isinstance(name, str) and isinstance(kind, str)
         }
 
     def topics(self) -> tuple[Topic, ...]:
         """The topics of the database."""
-        return tuple(self._topics.values())
+        return tuple({topic.name: topic for topic in self._topics.values()}.values())
 
     def notices(self) -> tuple[Notice, ...]:
         """What was lost to damage."""
-        return tuple(self._notices)
+        return (*self._lost_log, *self._notices)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._database.close()
 
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
-        """Messages of the wanted topics, topic by topic, in blocks of rows."""
-        for number, topic in self._topics.items():
-            if topic.name not in wanted:
-                continue
-            read = 0
-            try:
-                cursor = self._database.execute(
-                    "SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY id", (number,)
-                )
-                while rows := cursor.fetchmany(ROWS):
-                    payloads = [bytes(row[1]) for row in rows]
-                    if self._message_zstd:
-                        payloads = [bytes(decompressed(memoryview(p), "zstd", 0)) for p in payloads]
-                    read += len(rows)
-                    yield block_of(topic.name, [row[0] for row in rows], payloads)
-            except sqlite3.DatabaseError as error:
-                text = f"{self.path.name} is damaged ({error}): after {read} messages of {topic.name} the rest is lost."
-                self._notices.append(Notice("bag_damaged", text))
+        """Messages of the wanted topics in blocks of rows."""
+        self._notices.clear()
+        names = {number: topic.name for number, topic in self._topics.items() if topic.name in wanted}
+        read = 0
+        try:
+            # Damage can leave numbers where bytes belong: what is not a message is passed over.
+            cursor = self._database.execute(
+                f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({','.join('?' * len(names))}) "
+                "AND typeof(timestamp) = 'integer' AND typeof(data) = 'blob' ORDER BY id",
+                tuple(names),
+            )
+            damage = None
+            while damage is None:
+                rows: list[tuple[int, int, bytes]] = []
+                try:
+                    rows.extend(islice(cursor, ROWS))  # keeps the rows in front of an error
+                except (sqlite3.Error, MemoryError) as error:
+                    damage = error
+                if not rows:
+                    break
+                read += len(rows)
+                yield from _blocks(rows, names)
+        except sqlite3.Error as error:
+            damage = error
+        if damage is not None:
+            text = f"{self.path.name} is damaged ({damage}): {read} messages were read, the rest is lost."
+            self._notices.append(Notice("bag_damaged", text))
+
+
+def _opened(path: Path, mode: str) -> tuple[sqlite3.Connection, list[tuple[int, str, str]]]:
+    """The database and the rows of its table of topics. Raises BagError."""
+    database = None
+    try:
+        database = sqlite3.connect(f"{path.resolve().as_uri()}?{mode}", uri=True, check_same_thread=False)
+        database.text_factory = lambda raw: raw.decode("utf-8", "replace")
+        # sqlite refuses a file shorter than its header says, unless its schema may be repaired.
+        database.execute("PRAGMA writable_schema = ON")
+        return database, database.execute("SELECT id, name, type FROM topics").fetchall()
+    except sqlite3.Error as error:
+        if database is not None:
+            database.close()
+        raise BagError(f"{path}: cannot be read as a rosbag2 database ({error}).") from error
+
+
+def _blocks(rows: list[tuple[int, int, bytes]], names: dict[int, str]) -> Iterator[Block]:
+    for number, name in names.items():
+        own = rows if len(names) == 1 else [row for row in rows if row[0] == number]
+        if own:
+            _, received, payloads = zip(*own, strict=True)
+            yield block_of(name, received, payloads)

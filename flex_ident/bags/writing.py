@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import struct
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from flex_ident.errors import UsageError
@@ -16,47 +17,74 @@ from flex_ident.recording import Floats
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 STORAGE = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
+COMPRESSION = {"": CompressionMode.NONE, "file": CompressionMode.FILE, "message": CompressionMode.MESSAGE}
 EPOCH_NS = 1_700_000_000_000_000_000
+STAMP_AT = 4
+"""Where a message that starts with a header holds its stamp: after CDR's four bytes."""
 
 
 def write_joint_states(
     path: Path, time: Floats, names: Sequence[str], position: Floats, velocity: Floats, effort: Floats, *,
-    storage: str = "mcap", topic: str = "/joint_states",
+    storage: str = "mcap", topic: str = "/joint_states", compression: str = "",
     more: Mapping[str, tuple[Floats, Sequence[str], Floats]] | None = None,
 ) -> None:  # fmt: skip
-    """Write a rosbag2 folder, replacing one that is there: `time` (n,), s; the others (n, joints), SI.
+    """Write a rosbag2 folder, replacing one that is there: `time` (n,), s; the others (n, joints) or (n, 0), SI.
 
-    `more` gives further JointState topics with time (m,), names and positions (m, joints) only. Raises UsageError.
+    `more` gives further JointState topics with time (m,), names and positions (m, joints) only. `compression` is by
+    file, by message or empty. Raises UsageError.
     """
-    if storage not in STORAGE:
-        raise UsageError(f"storage is '{storage}': expected one of {', '.join(STORAGE)}.")
+    for what, value, allowed in (("storage", storage, STORAGE), ("compression", compression, COMPRESSION)):
+        if value not in allowed:
+            raise UsageError(f"{what} is '{value}': expected one of {', '.join(filter(None, allowed))}.")
+    channels = {topic: _messages(time, names, position, velocity, effort)}
+    for name, (at, joints, positions) in (more or {}).items():
+        none = np.zeros((at.size, 0))
+        channels[name] = _messages(at, joints, positions, none, none)
     if path.exists():
         if not (path / "metadata.yaml").exists():
             raise UsageError(f"{path} exists and is not a bag: it is not overwritten.")
         shutil.rmtree(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    writer = Writer(path, version=9, storage_plugin=STORAGE[storage])
+    writer.set_compression(COMPRESSION[compression], CompressionFormat.ZSTD)
     store = get_typestore(Stores.ROS2_JAZZY)
-    empty = np.zeros(0)
-    with Writer(path, version=9, storage_plugin=STORAGE[storage]) as writer:
-        channels = {topic: (time, list(names), position, velocity, effort)}
-        for name, (at, joints, positions) in (more or {}).items():
-            none = np.zeros((at.size, 0))
-            channels[name] = (at, list(joints), positions, none, none)
-        open_channels: dict[str, Any] = {
-            name: writer.add_connection(name, JOINT_STATE, typestore=store) for name in channels
-        }
-        rows = sorted((float(at[0][k]), name, k) for name, at in channels.items() for k in range(at[0].size))
-        types = store.types
-        header, stamp, state = (
-            types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"], types[JOINT_STATE],
-        )  # fmt: skip
-        for seconds, name, k in rows:
-            _, joints, q, v, f = channels[name]
-            ns = EPOCH_NS + round(seconds * 1e9)
-            message = state(
-                header=header(stamp=stamp(sec=ns // 10**9, nanosec=ns % 10**9), frame_id=""), name=joints,
-                position=np.ascontiguousarray(q[k]) if q.size else empty,
-                velocity=np.ascontiguousarray(v[k]) if v.size else empty,
-                effort=np.ascontiguousarray(f[k]) if f.size else empty,
-            )  # fmt: skip
-            writer.write(open_channels[name], ns, store.serialize_cdr(message, JOINT_STATE))
+    with writer:
+        connections = {name: writer.add_connection(name, JOINT_STATE, typestore=store) for name in channels}
+        rows = [(ns, name, data) for name, messages in channels.items() for ns, data in messages]
+        rows.sort(key=lambda row: row[0])
+        for ns, name, data in rows:
+            writer.write(connections[name], ns, data)
+
+
+def _messages(
+    time: Floats, names: Sequence[str], position: Floats, velocity: Floats, effort: Floats
+) -> list[tuple[int, bytes]]:
+    """Instant in ns and CDR of each message. Raises UsageError when shapes do not fit.
+
+    All are of one length: the first is serialised with a mark for every number, and the marks are overwritten.
+    """
+    n, joints = time.size, len(names)
+    fields = (position, velocity, effort)
+    for values in fields:
+        if values.shape not in ((n, joints), (n, 0)):
+            raise UsageError(f"joint states of shape {values.shape}: expected ({n}, {joints}) or ({n}, 0).")
+    marks = [1.234567e300 + 1e297 * (i * joints + np.arange(values.shape[1])) for i, values in enumerate(fields)]
+    template = _serialised(list(names), *marks)
+    data = np.tile(np.frombuffer(template, np.uint8), (n, 1))
+    ns = EPOCH_NS + np.rint(np.asarray(time, np.float64) * 1e9).astype(np.int64)
+    stamps = np.column_stack((ns // 10**9, ns % 10**9)).astype("<i4")
+    data[:, STAMP_AT : STAMP_AT + 8] = stamps.view(np.uint8)
+    for values, mark in zip(fields, marks, strict=True):
+        if mark.size:
+            at = template.index(struct.pack("<d", mark[0]))
+            data[:, at : at + 8 * mark.size] = np.ascontiguousarray(values, "<f8").view(np.uint8)
+    return [(int(instant), row.tobytes()) for instant, row in zip(ns, data, strict=True)]
+
+
+def _serialised(names: list[str], position: Floats, velocity: Floats, effort: Floats) -> bytes:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types: Any = store.types
+    stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    message = types[JOINT_STATE](header=header, name=names, position=position, velocity=velocity, effort=effort)
+    return bytes(store.serialize_cdr(message, JOINT_STATE))

@@ -2,45 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from numpy.typing import NDArray
-from scipy import interpolate
 
 from flex_ident.errors import ExcitationError
+from flex_ident.recording.instants import evened, grid_index, period_of
+from flex_ident.recording.magnitudes import magnitude_notices
 from flex_ident.recording.recording import Floats, Notice, Recording, Role, Sampling, Signal
+from flex_ident.recording.resampling import GAP_PERIODS, UNIFORM, on_clock
 
-UNIFORM = 1e-3
-"""Jitter, in periods, below which samples are taken as they stand."""
-GAP_PERIODS = 5.0
-"""Length of a gap, in periods, from which the bridge over it carries no information."""
 FEWEST = 64
+LONGEST_GAP_PERIODS = 20_000.0
+"""A pause, in periods, from which a recording is two."""
 
 
-def period_of(time: Floats) -> float:
-    """The sampling period, s: the slope of time over the count of samples, lost ones counted."""
-    steps = np.diff(time)
-    median = float(np.median(steps))
-    index = np.concatenate((np.zeros(1), np.cumsum(np.maximum(1.0, np.round(steps / median)))))
-    # A receive clock can be so irregular that rounding miscounts; then the median is all there is.
-    slope = float(np.polyfit(index, time - time[0], 1)[0])
-    return slope if abs(slope / median - 1.0) < 0.05 else median
+def sampling_of(signals: list[Signal]) -> tuple[Sampling, ...]:
+    """Rate, jitter, lost samples, longest gap and skew of each signal."""
+    motor = next(signal for signal in signals if signal.role == "motor_position")
+    found: list[Sampling] = []
+    for signal in signals:
+        same = (f for f, other in zip(found, signals, strict=False) if np.array_equal(other.time, signal.time))
+        found.append(_sampling(signal, motor, next(same, None)))
+    return tuple(found)
 
 
-def sampling_of(signal: Signal, motor: Signal) -> Sampling:
-    """Rate, jitter, lost samples, longest gap and skew of one signal."""
+def _sampling(signal: Signal, motor: Signal, same: Sampling | None) -> Sampling:
+    """`same` is the sampling of a signal with the same times, if there is one."""
+    if same is not None:
+        return replace(
+            same,
+            role=signal.role,
+            source=signal.source,
+            clock=signal.clock,
+            dropped_nonfinite=signal.dropped_nonfinite,
+        )
     steps = np.diff(signal.time)
     period = period_of(signal.time)
-    counts = np.maximum(1.0, np.round(steps / period))
-    expected = float(counts.sum()) + 1.0
-    single = steps[counts == 1.0]
-    jitter = float(np.std(single)) / period * 100.0 if single.size else 0.0
+    index = grid_index(signal.time, period)
+    single = steps[np.diff(index) == 1]
+    expected = int(index[-1]) + 1
     return Sampling(
         role=signal.role,
         source=signal.source,
         clock=signal.clock,
         samples=signal.time.size,
         rate_hz=1.0 / period,
-        jitter_percent=jitter,
+        jitter_percent=float(np.std(single)) / period * 100.0 if single.size else 0.0,
         lost_percent=100.0 * (expected - signal.time.size) / expected,
         longest_gap_s=float(steps.max()),
         skew_s=_skew(signal.time, motor.time),
@@ -51,48 +59,52 @@ def sampling_of(signal: Signal, motor: Signal) -> Sampling:
 
 
 def _skew(time: Floats, reference: Floats) -> float:
-    """Mean time by which stamps lie behind the nearest stamp of the reference."""
+    """Usual time by which stamps lie behind the nearest stamp of the reference, s."""
+    if time.size == reference.size and np.array_equal(time, reference):
+        return 0.0
     right = np.clip(np.searchsorted(reference, time), 1, reference.size - 1)
     after, before = reference[right] - time, time - reference[right - 1]
-    nearest = np.where(before <= after, before, -after)
-    return float(np.mean(nearest))
+    return float(np.median(np.where(before <= after, before, -after)))
 
 
-def _even_time(signal: Signal) -> Floats:
-    """The instants at which the samples were taken.
-
-    A header's stamp is such an instant. A receive time is not: there the samples are taken as evenly spaced, lost
-    ones counted, unless the times are too irregular to count them.
-    """
-    if signal.clock == "header":
-        return signal.time
-    steps = np.diff(signal.time)
-    period = period_of(signal.time)
-    counts = np.maximum(1.0, np.round(steps / period))
-    index = np.concatenate((np.zeros(1), np.cumsum(counts)))
-    fitted = np.polyval(np.polyfit(index, signal.time, 1), index)
-    if float(np.max(np.abs(fitted - signal.time))) > 0.25 + 20.0 * period:
-        return signal.time
-    even: Floats = fitted
-    return even
+def _instants(signals: list[Signal]) -> dict[Role, Floats]:
+    """The instants at which each signal was sampled: a header's stamps as they are, receive times made even."""
+    done: list[tuple[Floats, Floats]] = []
+    instants: dict[Role, Floats] = {}
+    for signal in signals:
+        known = (even for time, even in done if np.array_equal(time, signal.time))
+        even = next(known, None)
+        if even is None:
+            even = signal.time if signal.clock == "header" else evened(signal.time)
+            done.append((signal.time, even))
+        instants[signal.role] = even
+    return instants
 
 
-def _on_clock(signal: Signal, time: Floats, clock: Floats, period: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Values (n,) at the clock's instants, and where (n,) they rest on samples close by."""
-    first = int(np.argmin(np.abs(time - clock[0])))
-    direct = time[first : first + clock.size]
-    measured = np.ones(clock.size, bool)
-    if direct.size == clock.size and float(np.max(np.abs(direct - clock))) < UNIFORM * period:
-        return signal.values[first : first + clock.size], measured
-    values: Floats = interpolate.CubicSpline(time, signal.values)(clock)
-    steps = np.diff(time)
-    own_period = float(np.median(steps))
-    wide = np.flatnonzero(steps > GAP_PERIODS * max(own_period, period))
-    for i in wide:
-        inside = (clock > time[i]) & (clock < time[i + 1])
-        measured[inside] = False
-        values[inside] = np.interp(clock[inside], time, signal.values)
-    return values, measured
+def _span(times: list[Floats], period: float) -> tuple[float, float, list[Notice]]:
+    """Start and stop, s, of what all signals cover, without a pause that makes a recording two."""
+    start, stop = max(time[0] for time in times), min(time[-1] for time in times)
+    notices = []
+    for time in times:
+        inside = time[(time >= start) & (time <= stop)]
+        pauses = np.flatnonzero(np.diff(inside) > LONGEST_GAP_PERIODS * period)
+        if not pauses.size:
+            continue
+        first = np.concatenate(([0], pauses + 1))
+        last = np.concatenate((pauses, [inside.size - 1]))
+        longest = int(np.argmax(last - first))
+        start, stop = inside[first[longest]], inside[last[longest]]
+        text = f"the recording pauses: only its longest part, of {stop - start:.6g} s, was used."
+        notices.append(Notice("paused", text))
+    return float(start), float(stop), notices
+
+
+def _clock(motor_time: Floats, start: float, stop: float, period: float) -> Floats:
+    """Instants (n,), `period` apart, from the first of the motor's samples between `start` and `stop`, s."""
+    first = motor_time[min(int(np.searchsorted(motor_time, start - UNIFORM * period)), motor_time.size - 1)]
+    n = int(np.floor((stop - first) / period + UNIFORM)) + 1 if stop > start else 0
+    clock: Floats = first + period * np.arange(max(n, 0), dtype=np.float64)
+    return clock
 
 
 def aligned_recording(
@@ -105,39 +117,28 @@ def aligned_recording(
     start_time_s: float = 0.0,
 ) -> Recording:
     """One recording on the clock of the motor position. Raises ExcitationError when too little overlaps."""
-    by_role: dict[Role, Signal] = {signal.role: signal for signal in signals}
-    motor = by_role["motor_position"]
-    times = {role: _even_time(signal) for role, signal in by_role.items()}
+    times = _instants(signals)
     period = period_of(times["motor_position"])
-    start = max(time[0] for role, time in times.items() if role != "reference")
-    stop = min(time[-1] for role, time in times.items() if role != "reference")
-    motor_time = times["motor_position"]
-    first = motor_time[np.searchsorted(motor_time, start - 0.5 * period)]
-    first = max(float(first), start) if first < start - UNIFORM * period else float(first)
-    n = int(np.floor((stop - first) / period + UNIFORM)) + 1
-    if n < FEWEST:
+    start, stop, paused = _span([time for role, time in times.items() if role != "reference"], period)
+    clock = _clock(times["motor_position"], start, stop, period)
+    if clock.size < FEWEST:
         raise ExcitationError(
-            f"joint {joint}: {max(n, 0)} samples in which all signals overlap: record at least ten seconds of motion."
+            f"joint {joint}: {clock.size} samples in which all signals overlap: record at least ten seconds of motion."
         )
-    # The period is refined over the stretch in use, so that even stamps are met to the nanosecond.
-    clock: Floats = first + period * np.arange(n, dtype=np.float64)
-    measured = np.ones(n, bool)
+    collected = [*(notices or []), *paused]
+    measured = np.ones(clock.size, bool)
     values: dict[Role, Floats] = {}
-    for role, signal in by_role.items():
-        if role == "reference":
-            values[role] = np.interp(clock, times[role], signal.values)
+    for signal in signals:
+        if signal.role == "reference":
+            values[signal.role] = np.interp(clock, times[signal.role], signal.values)
             continue
-        values[role], here = _on_clock(signal, times[role], clock, period)
+        values[signal.role], here = on_clock(times[signal.role], signal.values, clock, period)
         measured &= here
-    collected = list(notices or [])
     bridged = 100.0 * float(np.mean(~measured))
     if bridged > 0.0:
-        collected.append(
-            Notice(
-                "gaps", f"{bridged:.2f} % of the recording lies in gaps of over {GAP_PERIODS:.0f} samples: left out."
-            )
-        )
-    return Recording(
+        text = f"{bridged:.2f} % of the recording lies in gaps of over {GAP_PERIODS:.0f} samples: left out."
+        collected.append(Notice("gaps", text))
+    recording = Recording(
         joint=joint,
         sample_rate_hz=1.0 / period,
         motor_position=values["motor_position"],
@@ -145,9 +146,10 @@ def aligned_recording(
         link_position=values.get("link_position"),
         reference=values.get("reference"),
         measured=measured,
-        sampling=tuple(sampling_of(signal, motor) for signal in signals),
+        sampling=sampling_of(signals),
         notices=tuple(collected),
         path=path,
         sha256=sha256,
-        start_time_s=start_time_s,
+        start_time_s=start_time_s + float(clock[0]),
     )
+    return replace(recording, notices=(*recording.notices, *magnitude_notices(recording)))

@@ -6,18 +6,16 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from flex_ident.errors import SignalError
 from flex_ident.recording.recording import Floats, Notice, Role, Signal
 
 JUMP_PERIODS = 20.0
-
-
-def usable_stamps(stamps: NDArray[np.int64]) -> bool:
-    """Whether header stamps (k,), ns, can serve as the clock: set, and mostly increasing."""
-    if stamps.size < 2 or np.count_nonzero(stamps) < stamps.size:
-        return False
-    return float(np.mean(np.diff(stamps) > 0)) > 0.5
+"""Periods from which time that goes back is a clock that was set, and not a sample out of order."""
+NEIGHBOURS = 5
+LARGEST = 1e12
+"""Magnitude of a value or time, SI, from which it is damage and no measurement."""
 
 
 def cleaned_signal(
@@ -25,45 +23,65 @@ def cleaned_signal(
 ) -> tuple[Signal, list[Notice]]:
     """The signal without what is not a number, duplicate or out of time. Raises SignalError when nothing is left.
 
-    Where time jumps back by many periods (a clock was set) the longest stretch is kept; single samples out of order
-    are dropped.
+    A single stamp far from its neighbours is dropped. Where time jumps back by many periods (a clock was set) the
+    longest stretch is kept; single samples out of order are dropped.
     """
     notices: list[Notice] = []
     total = values.size
-    finite = np.isfinite(values) & np.isfinite(time)
+    with np.errstate(invalid="ignore"):
+        finite = (np.abs(values) < LARGEST) & (np.abs(time) < LARGEST)
     nonfinite = int(total - finite.sum())
     if total == 0 or not finite.any():
         what = "no messages" if total == 0 else f"none of {total} values that is a finite number"
         raise SignalError(f"{source} holds {what}: name another signal.")
-    time, values = time[finite], values[finite]
+    if nonfinite:
+        time, values = time[finite], values[finite]
+        text = f"{nonfinite} of {total} messages of {source} hold no finite number, or no stamp, and were dropped."
+        notices.append(Notice("nonfinite_values", text))
     steps = np.diff(time)
     forward = steps[steps > 0]
     period = float(np.median(forward)) if forward.size else 0.0
     backwards = 0
-    jumps = np.flatnonzero(steps < -JUMP_PERIODS * period)
-    if jumps.size:
-        edges = [0, *(jumps + 1).tolist(), time.size]
-        longest = max(range(len(edges) - 1), key=lambda i: edges[i + 1] - edges[i])
-        start, stop = edges[longest], edges[longest + 1]
-        backwards += time.size - (stop - start)
-        notices.append(
-            Notice(
-                "time_jumped_back",
-                f"time of {source} jumps back {jumps.size} times, by {-float(steps[jumps].min()):.3g} s at most: the "
-                f"longest stretch of {stop - start} samples was kept, {time.size - (stop - start)} were dropped.",
+    if forward.size < steps.size:
+        lone = _lone_stamps(time, JUMP_PERIODS * period)
+        time, values = time[~lone], values[~lone]
+        backwards += int(np.count_nonzero(lone))
+        stretch, jumps = _longest_stretch(time, JUMP_PERIODS * period)
+        if jumps.size:
+            kept = stretch.stop - stretch.start
+            backwards += time.size - kept
+            text = (
+                f"time of {source.partition(':')[0]} jumps back {jumps.size} times, by {jumps.max():.3g} s at most: "
+                f"the longest stretch of {kept} samples was kept, {time.size - kept} were dropped."
             )
-        )
-        time, values = time[start:stop], values[start:stop]
-    ahead = np.maximum.accumulate(time)
+            notices.append(Notice("time_jumped_back", text))
+            time, values = time[stretch], values[stretch]
     keep = np.ones(time.size, bool)
-    keep[1:] = time[1:] > ahead[:-1]
+    keep[1:] = time[1:] > np.maximum.accumulate(time)[:-1]
     duplicates = int(np.count_nonzero(np.diff(time) == 0))
     backwards += max(0, int(np.count_nonzero(~keep)) - duplicates)
-    time, values = time[keep], values[keep]
+    if not keep.all():
+        time, values = time[keep], values[keep]
     if time.size < 2:
         raise SignalError(f"time of {source} does not advance over {total} messages: is its clock set?")
-    if nonfinite:
-        text = f"{nonfinite} of {total} values of {source} are not finite numbers and were dropped."
-        notices.append(Notice("nonfinite_values", text))
-    signal = Signal(role, source, clock, time, values, nonfinite, duplicates, backwards)
-    return signal, notices
+    return Signal(role, source, clock, time, values, nonfinite, duplicates, backwards), notices
+
+
+def _lone_stamps(time: Floats, tolerance: float) -> NDArray[np.bool_]:
+    """Which (n,) stamps lie off the median of their neighbours by more than `tolerance`, s: damaged ones.
+
+    A gap or a clock that was set leaves none: time that increases on both sides is its own running median.
+    """
+    if time.size <= NEIGHBOURS:
+        return np.zeros(time.size, bool)
+    lone: NDArray[np.bool_] = np.abs(time - ndimage.median_filter(time, NEIGHBOURS, mode="nearest")) > tolerance
+    return lone
+
+
+def _longest_stretch(time: Floats, tolerance: float) -> tuple[slice, Floats]:
+    """The longest stretch in which time does not go back by more than `tolerance`, and by how much it goes back, s."""
+    steps = np.diff(time)
+    jumps = np.flatnonzero(steps < -tolerance)
+    edges = np.concatenate(([0], jumps + 1, [time.size]))
+    longest = int(np.argmax(np.diff(edges)))
+    return slice(int(edges[longest]), int(edges[longest + 1])), -steps[jumps]

@@ -15,8 +15,9 @@ Role = Literal["motor_position", "link_position", "motor_torque", "reference"]
 
 
 def read_only(values: object, *, name: str, length: int | None = None) -> Floats:
-    """A read-only float64 copy, shape (n,), of finite `values`. Raises SignalError when it is not that."""
-    array = np.array(values, dtype=np.float64)
+    """A read-only float64 copy, shape (n,), of finite `values`; itself, when it is that already. Raises SignalError."""
+    shared = isinstance(values, np.ndarray) and values.flags.owndata and not values.flags.writeable
+    array: Floats = np.asarray(values, dtype=np.float64) if shared else np.array(values, dtype=np.float64)
     if array.ndim != 1:
         raise SignalError(f"{name} has {array.ndim} dimensions: expected one.")
     if length is not None and array.size != length:

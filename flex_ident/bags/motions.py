@@ -1,0 +1,120 @@
+"""What each joint of a bag did: how the joint to identify is found, and what a message lists when it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flex_ident.bags.layouts import MessageLayouts, joint_numbers
+from flex_ident.bags.messages import Topic
+from flex_ident.bags.selection import JOINT_STATES, is_link_topic, is_reference_topic
+from flex_ident.bags.storage import Bag
+from flex_ident.errors import ExcitationError, SignalError
+from flex_ident.recording import Floats
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+HELD = 0.02
+"""A joint that moves less than this share of the one that moves most counts as held."""
+STILL = 1e-6
+"""A range of positions, rad or m, below which nothing moved."""
+
+
+@dataclass
+class JointMotion:
+    """What one joint of a topic did: messages, range of its position, largest effort; `link`: a link encoder's."""
+
+    topic: str
+    name: str
+    messages: int = 0
+    low: float = np.inf
+    high: float = -np.inf
+    largest_effort: float = 0.0
+    link: bool = False
+
+    @property
+    def range(self) -> float:
+        """Range of positions, rad or m; 0 when it has none."""
+        return self.high - self.low if self.high > self.low else 0.0
+
+    def add(self, position: Floats, effort: Floats) -> None:
+        """Take in further messages, (k,) each."""
+        self.messages += position.size
+        position, effort = position[np.isfinite(position)], np.abs(effort[np.isfinite(effort)])
+        if position.size:
+            self.low, self.high = min(self.low, float(position.min())), max(self.high, float(position.max()))
+        if effort.size:
+            self.largest_effort = max(self.largest_effort, float(effort.max()))
+
+
+def is_joint_state(topic: Topic) -> bool:
+    """Whether the topic's messages are sensor_msgs/JointState."""
+    return topic.message_type == JOINT_STATE
+
+
+def joint_state_topics(topics: Iterable[Topic]) -> list[str]:
+    """Topics of joint states, the robot's own first."""
+    names = [t.name for t in topics if is_joint_state(t) and not is_reference_topic(t.name)]
+    return sorted(names, key=lambda n: (n != JOINT_STATES, is_link_topic(n), not n.endswith("joint_states"), n))
+
+
+def joint_motions(path: Path) -> list[JointMotion]:
+    """What each joint in the bag did, topic by topic. Raises BagError."""
+    with Bag(path) as bag:
+        return motions_of(bag, joint_state_topics(bag.topics()))
+
+
+def motions_of(bag: Bag, topics: Iterable[str]) -> list[JointMotion]:
+    """What each joint of some topics of joint states did."""
+    known = {t.name: t for t in bag.topics()}
+    layouts = {name: MessageLayouts(known[name], ros1=bag.ros1, keys=("name",)) for name in topics}
+    found: dict[tuple[str, str], JointMotion] = {}
+    for block in bag.blocks(frozenset(layouts)):
+        for layout, rows, _ in layouts[block.topic](block):
+            names = layout.names
+            nothing = np.full((rows.shape[0], len(names)), np.nan)
+            position, effort = (joint_numbers(layout, f, len(names)) for f in ("position", "effort"))
+            positions = nothing if position is None else position.of(rows)
+            efforts = nothing if effort is None else effort.of(rows)
+            for i, name in enumerate(names):
+                motion = found.setdefault((block.topic, name), JointMotion(block.topic, name))
+                motion.add(positions[:, i], efforts[:, i])
+    names_met = {name for _, name in found}
+    for (topic, name), motion in found.items():
+        motion.link = is_link_topic(topic) or any(name in link_names(other) for other in names_met if other != name)
+    return list(found.values())
+
+
+def link_names(joint: str) -> tuple[str, ...]:
+    """Names under which the same message may hold the link side of a joint."""
+    stem = joint
+    for suffix in ("_motor", "/motor", "_motor_side"):
+        stem = stem.removesuffix(suffix)
+    names = [f"{stem}_link", f"{stem}/link", f"{stem}_link_side", f"{stem}_output", f"{stem}_secondary"]
+    return tuple(n for n in names if n != joint)
+
+
+def motor_names(joint: str) -> tuple[str, ...]:
+    """Names under which the motor side of a joint may be recorded, the likeliest first."""
+    return (joint, f"{joint}_motor", f"{joint}/motor", f"{joint}_motor_side")
+
+
+def listed(motions: Iterable[JointMotion]) -> str:
+    """Joints and how much each moved, for a message."""
+    return ", ".join(f"{m.name} ({m.range:.3g})" for m in motions) or "none"
+
+
+def moving_joint(motions: Iterable[JointMotion]) -> str:
+    """The only joint that moves. Raises SignalError or ExcitationError, listing the joints."""
+    sides = [m for m in motions if not m.link]
+    if not sides:
+        raise SignalError("no joint in any joint_states topic: name the motor position with --motor-position.")
+    most = max(m.range for m in sides)
+    if most < STILL:
+        raise ExcitationError(f"no joint moved: {listed(sides)} in rad or m. Record while the joint follows a chirp.")
+    moving = [m for m in sides if m.range > HELD * most]
+    if len(moving) > 1:
+        raise SignalError(f"{len(moving)} joints moved: name one with --joint. Range of each: {listed(sides)}.")
+    return moving[0].name

@@ -1,0 +1,106 @@
+"""Which clock each signal's samples lie on: the header's stamp where it can serve, else the time of reception."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.errors import SignalError
+from flex_ident.recording.cleaning import cleaned_signal
+from flex_ident.recording.recording import Floats, Notice, Role, Signal
+
+OTHER_CLOCK = 1_000_000_000
+"""Difference in latency, ns, from which two headers are stamped by different clocks."""
+UNSTAMPED = 0.01
+"""Share of messages that may lack a stamp before stamps are given up."""
+
+
+@dataclass(frozen=True)
+class RawSignal:
+    """One number of each message as it lies in the bag: receive times (k,) and stamps (k,), ns, and values (k,).
+
+    A stamp that is not set is 0. `source` says where it was found.
+    """
+
+    source: str
+    received: NDArray[np.int64]
+    stamps: NDArray[np.int64]
+    values: Floats
+
+
+def usable_stamps(stamps: NDArray[np.int64]) -> bool:
+    """Whether header stamps (k,), ns, can serve as the clock: set, and mostly increasing."""
+    if stamps.size < 2 or np.count_nonzero(stamps == 0) > UNSTAMPED * stamps.size:
+        return False
+    return float(np.mean(np.diff(stamps) > 0)) > 0.5
+
+
+def signals_of(
+    raw: Mapping[Role, RawSignal], *, joint: str, factors: Mapping[Role, float] | None = None
+) -> tuple[list[Signal], list[Notice], float]:
+    """The signals in SI on one time axis, what was done to get there, and the axis' origin, s.
+
+    Values are multiplied by their role's factor. Raises SignalError when a signal holds nothing usable.
+    """
+    motor = raw["motor_position"]
+    if motor.received.size == 0:
+        raise SignalError(f"{motor.source} holds no messages: name another signal.")
+    headed = usable_stamps(motor.stamps)
+    latency = _latency(motor) if headed else 0
+    origin = int(motor.stamps[np.flatnonzero(motor.stamps)[0]] if headed else motor.received[0])
+    signals: list[Signal] = []
+    notices: list[Notice] = []
+    for role, own in raw.items():
+        if role == "reference" and not np.isfinite(own.values).any():
+            continue
+        stamped = headed and usable_stamps(own.stamps)
+        if stamped:
+            apart = _latency(own) - latency
+            shift = apart if abs(apart) > OTHER_CLOCK else 0
+            time = (own.stamps + (shift - origin)).astype(np.float64) * 1e-9
+            time[own.stamps == 0] = np.nan
+            if shift:
+                notices.append(
+                    Notice(
+                        "different_clocks",
+                        f"stamps of {own.source} come from a clock {-shift * 1e-9:.6g} s off: brought to the motor "
+                        "position's by the usual time from stamp to reception.",
+                    )
+                )
+        else:
+            # Shifted by the usual time from stamp to reception, so that all signals share one axis.
+            time = (own.received - (latency + origin)).astype(np.float64) * 1e-9
+        clock: Literal["header", "receive"] = "header" if stamped else "receive"
+        values = own.values * (factors or {}).get(role, 1.0)
+        time.flags.writeable = values.flags.writeable = False
+        signal, dropped = cleaned_signal(role, own.source, clock, time, values)
+        signals.append(signal)
+        notices += dropped
+    notices += _clock_notices([s for s in signals if s.role != "reference"], joint, latency)
+    return signals, notices, origin * 1e-9
+
+
+def _latency(raw: RawSignal) -> int:
+    """Usual time from stamp to reception, ns."""
+    return int(np.median(raw.received - raw.stamps))
+
+
+def _clock_notices(signals: list[Signal], joint: str, latency: int) -> list[Notice]:
+    received = [s.source for s in signals if s.clock == "receive"]
+    if not received:
+        return []
+    if len(received) == len(signals):
+        text = (
+            f"header stamps of {joint} are not set: times of reception were used, and samples taken as evenly spaced. "
+            "Stamp the messages where they are measured."
+        )
+        return [Notice("receive_times", text)]
+    text = (
+        f"{', '.join(received)} carry no stamp: times of reception were used, shifted by the usual latency of "
+        f"{latency * 1e-6:.2f} ms. A skew between torque and position biases viscous friction."
+    )
+    return [Notice("mixed_clocks", text)]

@@ -1,0 +1,88 @@
+"""The page that `flex_ident check-bag` prints."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag_writer import (
+    JOINT_STATE,
+    LATENCY_NS,
+    RATE_HZ,
+    Message,
+    data_file,
+    joint_state,
+    ns,
+    rosbag2_bag,
+    swing,
+    written,
+)
+
+from flex_ident.bags import SignalSelection
+from flex_ident.commands.check_bag import bag_check, checked_bag
+from flex_ident.errors import BagError, ExcitationError, SignalError
+
+
+def test_page_names_topics_joints_and_sampling(tmp_path: Path) -> None:
+    messages = [m for i, m in enumerate(swing(6000)) if i % 500 != 17 and not 3000 <= i < 3020]
+    text, error = bag_check(rosbag2_bag(tmp_path / "bag", messages), SignalSelection())
+    assert error is None
+    lines = {line.split("  ")[1].strip(): line for line in text.splitlines() if line.startswith("  ")}
+    assert "sensor_msgs/msg/JointState  5969 messages" in text
+    assert "joint_1  5969 messages  held" in text
+    assert "joint_2  5969 messages  moved 0.6" in text
+    for expected in ("/joint_states:joint_2.effort", "500.00 Hz", "header", "0.52 %", "42 ms"):
+        assert expected in lines["motor torque"]
+    assert re.search(r"12 s; moves 0\.6\d* at 1\.\d to 12 Hz; effort from -2\d", text)
+    assert "no link position: the model of the motor alone" in text
+    assert "[gaps]" in text
+    assert "can be identified" in text
+
+
+def test_link_encoder_is_seen_with_its_skew(tmp_path: Path) -> None:
+    messages = swing(3000)
+    for i in range(3000):
+        stamp = ns(i / RATE_HZ + 3e-4)
+        content = joint_state(stamp, ["joint_2"], [0.3 * np.sin(i / 70)])
+        messages.append(Message("/link_joint_states", stamp + LATENCY_NS, JOINT_STATE, content))
+    messages.sort(key=lambda m: m.received_ns)
+    text, error = bag_check(rosbag2_bag(tmp_path / "bag", messages), SignalSelection(joint="joint_2"))
+    assert error is None
+    assert "both positions" in text
+    link = next(line for line in text.splitlines() if line.startswith("  link position  "))
+    assert "0.3 ms" in link
+
+
+def test_each_joint_that_moves_is_looked_at(tmp_path: Path) -> None:
+    messages = [
+        Message(
+            "/joint_states", ns(i / RATE_HZ), JOINT_STATE, joint_state(ns(i / RATE_HZ), ["a", "b"], [q, 2 * q], [q, 0])
+        )
+        for i, q in enumerate(np.sin(np.arange(1000) / 30))
+    ]
+    bag = rosbag2_bag(tmp_path / "bag", messages)
+    text, error = bag_check(bag, SignalSelection())
+    assert error is None  # a can be, b cannot
+    assert "joint b cannot be identified: /joint_states:b.effort is zero throughout" in text
+    _, error = bag_check(bag, SignalSelection(joint="b"))
+    assert isinstance(error, SignalError)
+
+
+def test_bag_without_motion_or_joints_says_so(tmp_path: Path) -> None:
+    still = [m._replace(content=joint_state(m.received_ns, ["a"], [1.0], [2.0])) for m in swing(200)]
+    text, error = bag_check(rosbag2_bag(tmp_path / "still", still), SignalSelection())
+    assert isinstance(error, ExcitationError)
+    assert "cannot be identified: no joint moved" in text
+    renamed = [m._replace(topic="/states") for m in swing(200)]
+    text, error = bag_check(rosbag2_bag(tmp_path / "other", renamed), SignalSelection(joint="elbow"))
+    assert isinstance(error, SignalError)
+    assert "no joint 'elbow' in /states: it has joint_1 (0), joint_2 (0." in text
+
+
+def test_damage_is_told(tmp_path: Path) -> None:
+    bag = written(tmp_path, "bare mcap, small chunks", 3000)
+    bag.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])
+    assert "damage: bag.mcap is cut at byte" in checked_bag(bag, SignalSelection())
+    data_file(bag).write_text("text")
+    with pytest.raises(BagError, match="is neither"):
+        checked_bag(bag, SignalSelection())
