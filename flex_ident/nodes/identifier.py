@@ -5,18 +5,15 @@ from __future__ import annotations
 import json
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -29,6 +26,7 @@ from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, S
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare
+from flex_ident.nodes.running import run_node
 
 SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in ("out", "model"))
 NODE_SETTINGS = (
@@ -190,29 +188,15 @@ class Identifier(Node):
 
 def main(arguments: list[str] | None = None) -> int:
     """The console script; returns the exit status."""
-    try:
-        rclpy.init(args=arguments)
-        node = Identifier()
-    except (InvalidParameterTypeException, InvalidParameterValueException, FlexIdentError) as error:
-        print(f"identifier: {one_line(error)}", file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    except Exception as error:
-        print(f"identifier: cannot start ({one_line(error)})", file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    executor = MultiThreadedExecutor(num_threads=4)
-    executor.add_node(node)
-    started = time.monotonic()
-    try:
+
+    def run(node: Identifier) -> int:
+        executor = MultiThreadedExecutor(num_threads=4)
+        executor.add_node(node)
         node.get_logger().info("ready: set the parameter 'bag' and call ~/identify")
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        print(f"identifier: stopped after {time.monotonic() - started:.0f} s", file=sys.stderr)
-        rclpy.try_shutdown()
-    return 0
+        return 0
+
+    return run_node("identifier", Identifier, run, arguments)
 
 
 if __name__ == "__main__":

@@ -7,71 +7,85 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Floats
-from flex_ident.virtual_joint.compiled import compiled
-from flex_ident.virtual_joint.drive import INTERFACES, Drive, drive_for, drive_torque
-from flex_ident.virtual_joint.physics import P, plant_values
-from flex_ident.virtual_joint.plant import holding_torque, state_at_rest, stepped
+from flex_ident.virtual_joint.drive import Drive, drive_cycles, drive_for
+from flex_ident.virtual_joint.motion import readings
+from flex_ident.virtual_joint.physics import plant_values
+from flex_ident.virtual_joint.plant import INTEGRAL, ROW, sampled, state_at_rest
 
-SUBSTEPS = 10
+SUBSTEPS = 5
+"""Steps of the plant in a cycle of the drive: ten in a sample at 1 kHz."""
 
 
 @dataclass(frozen=True)
-class Encoders:
-    """Absolute noise of what a driver publishes: encoder steps, rad, torque noise, N m."""
+class Instruments:
+    """What a driver's readings lack: encoder steps, rad (0: none), `torque_noise`, N m; `torque_disturbance` acts."""
 
     motor_step: float = 2.0 * math.pi / 2**20
     link_step: float = 2.0 * math.pi / 2**20
     torque_noise: float = 0.0
+    torque_disturbance: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("motor_step", "link_step", "torque_noise", "torque_disturbance"):
+            if not getattr(self, name) >= 0.0:
+                raise ConfigurationError(f"{name} is {getattr(self, name)}: it must not be negative.")
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One sample: positions rad, velocity rad/s, torque N m averaged over the sample around the encoders' instant."""
+    """One sample at `time`, s since the start: rad, rad/s, and N m averaged over the sample around that instant."""
 
+    time: float
     motor_position: float
     motor_velocity: float
     motor_torque: float
     link_position: float
 
 
-@compiled
-def _advanced(p: Floats, state: Floats, torque: float, h: float, warm: float, substeps: int) -> None:
-    for _ in range(substeps):
-        stepped(p, state, torque, h, warm)
-
-
 class VirtualJoint:
-    """A joint under its drive. `step(command)` returns what is measured now and then lets one sample pass."""
+    """A joint under its drive. `step(command)` lets one sample pass and returns what was measured in its middle."""
 
     def __init__(
         self, model: JointModel, *, rate_hz: float = 1000.0, drive: Drive | None = None,
-        encoders: Encoders | None = None, seed: int = 0, start: float = 0.0, substeps: int = SUBSTEPS,
+        instruments: Instruments | None = None, seed: int = 0, start: float = 0.0,
     ) -> None:  # fmt: skip
+        if not rate_hz > 0.0:
+            raise ConfigurationError(f"rate is {rate_hz} Hz: it must be positive.")
         self.model = model
-        self.period = 1.0 / rate_hz
         self.drive = drive or drive_for(model)
-        self.encoders = encoders or Encoders()
-        self._p = plant_values(model)
-        self._state = state_at_rest(self._p, start)
-        self._integral = holding_torque(self._p, start)
-        self._gains = np.array(
-            [self.drive.position_gain, self.drive.velocity_gain, self.drive.integral_gain, self.drive.effort_limit]
-        )
-        self._kind = INTERFACES.index(self.drive.interface)
+        self.instruments = instruments or Instruments()
+        self.period = 1.0 / rate_hz
+        self._cycles = drive_cycles(rate_hz)
+        self._cycle = self.period / self._cycles
+        self._p, self._gains = plant_values(model), self.drive.gains
+        self._state = state_at_rest(self._p, start, start)
+        self._holding = float(self._state[INTEGRAL])
+        self._last_command = {"position": start, "velocity": 0.0, "effort": self._holding}[self.drive.interface]
+        self._delay = model.value("time_delay.delay") / self._cycle
+        self._skew = model.value("encoder_skew.skew") / self._cycle
+        behind, ahead = max(self._delay, self._skew, 0.0), max(-self._delay, -self._skew, 0.0)
+        self._lag = math.ceil(ahead)
+        self._rows = np.zeros((2 * self._cycles + self._lag + math.ceil(behind) + 2, ROW))
+        self._rows[:] = (*self._state[:4], self._holding)
+        self._where = np.array([self._rows.shape[0] - self._cycles // 2 - self._lag], dtype=np.float64)
         self._rng = np.random.default_rng(seed)
         self._phases = self._rng.random(2)
-        self._substeps = substeps
         self._samples = 0
-        self._last_torque = self._integral
-        self._last_command = start if self.drive.interface == "position" else 0.0
-        delay, skew = model.value("time_delay.delay"), model.value("encoder_skew.skew")
-        self._torques = _Line(delay / self.period, self._integral)
-        self._links = _Line(skew / self.period, float(self._state[2]))
-        _advanced(
-            self._p, self._state.copy(), self._integral, self.period / substeps, 1.0, 1
-        )  # compile before the clock
+        self._compile()
+
+    def _compile(self) -> None:
+        """Compile now rather than in the first step, whose time is counted."""
+        rows = self._rows.copy()
+        self._advance(self._state.copy(), rows[-self._cycles :], self._last_command, 0.0)
+        self._read(rows)
+
+    @property
+    def holding_torque(self) -> float:
+        """Torque, N m, that held the joint at its start: what to command a drive of the effort interface first."""
+        return self._holding
 
     @property
     def time(self) -> float:
@@ -79,45 +93,31 @@ class VirtualJoint:
         return self._samples * self.period
 
     def step(self, command: float) -> Measurement:
-        """The measurement at this instant, under which `command` is held until the next. Non-finite: the last one."""
-        if not math.isfinite(command):
-            command = self._last_command
-        motor, velocity, link = (float(self._state[i]) for i in (0, 1, 2))
-        rate = (command - self._last_command) / self.period
-        torque, self._integral = drive_torque(
-            self._gains, self._kind, command, rate, motor, velocity, self._integral, self.period
-        )
-        read = self._torques.after(0.5 * (torque + self._last_torque))
-        self._last_torque, self._last_command = torque, command
-        limit = self._p[P.DRIVE_LIMIT]
-        delivered = min(max(torque, -limit), limit) if limit > 0.0 else torque
-        warm = 1.0 + self._p[P.WARMING] * self.time
-        _advanced(self._p, self._state, delivered, self.period / self._substeps, warm, self._substeps)
+        """The measurement in the middle of the sample over which `command` holds. Non-finite: the last one."""
+        if math.isfinite(command):
+            self._last_command = command
+        noise = self.instruments
+        push = noise.torque_disturbance * float(self._rng.standard_normal()) if noise.torque_disturbance else 0.0
+        self._rows[: -self._cycles] = self._rows[self._cycles :]
+        self._advance(self._state, self._rows[-self._cycles :], self._last_command, push)
+        motor, link, torque = self._read(self._rows)
+        instant = self.time + 0.5 * self.period - self._lag * self._cycle
         self._samples += 1
-        noise = self.encoders.torque_noise
         return Measurement(
-            _read(motor, self.encoders.motor_step, self._phases[0]),
-            velocity,
-            read + (noise * float(self._rng.standard_normal()) if noise else 0.0),
-            _read(self._links.after(link), self.encoders.link_step, self._phases[1]),
+            instant,
+            _quantised(motor, noise.motor_step, self._phases[0]),
+            float(self._rows[int(self._where[0]), 1]),
+            torque + (noise.torque_noise * float(self._rng.standard_normal()) if noise.torque_noise else 0.0),
+            _quantised(link, noise.link_step, self._phases[1]),
         )
 
+    def _advance(self, state: Floats, rows: Floats, command: float, push: float) -> None:
+        sampled(self._p, self._gains, self.drive.kind, state, command, push, self._cycle, SUBSTEPS, rows)
 
-def _read(value: float, step: float, phase: float) -> float:
+    def _read(self, rows: Floats) -> tuple[float, float, float]:
+        read = readings(rows, self._where, self._cycle, float(self._cycles), self._delay, self._skew)[0]
+        return float(read[0]), float(read[1]), float(read[2])
+
+
+def _quantised(value: float, step: float, phase: float) -> float:
     return float((math.floor(value / step + phase) + 0.5 - phase) * step) if step > 0.0 else value
-
-
-class _Line:
-    """A delay of a fractional number of samples, zero or more."""
-
-    def __init__(self, samples: float, first: float) -> None:
-        self._samples = max(0.0, samples)
-        self._values = [first] * (int(self._samples) + 2)
-
-    def after(self, value: float) -> float:
-        """The value of `samples` ago."""
-        self._values.append(value)
-        self._values.pop(0)
-        whole = int(self._samples)
-        share = self._samples - whole
-        return (1.0 - share) * self._values[-1 - whole] + share * self._values[-2 - whole]

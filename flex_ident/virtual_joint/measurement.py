@@ -9,6 +9,7 @@ import numpy as np
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.recording import Floats, Signal
+from flex_ident.virtual_joint.motion import TrueMotion
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,21 @@ class MeasurementChain:
 
 
 PERFECT = MeasurementChain(0.0, 0.0, 0.0)
+CHAINS: dict[str, MeasurementChain] = {
+    "perfect": PERFECT,
+    "good": MeasurementChain(),
+    "medium": MeasurementChain(1e-5, 2.4e-5, 0.01, 0.005),
+    "paper": MeasurementChain(1e-4, 2e-4, 0.1, 0.1),
+    "network": MeasurementChain(jitter=0.05, lost=0.002),
+}
+"""By name; `paper` is noisy enough for the uncertainties of the paper's Table 1."""
+
+
+def chain_for(name: str) -> MeasurementChain:
+    """The chain of that name. Raises ConfigurationError that lists them."""
+    if name not in CHAINS:
+        raise ConfigurationError(f"measurement chain '{name}' is not known: expected one of {', '.join(CHAINS)}.")
+    return CHAINS[name]
 
 
 def quantised(values: Floats, step: float, phase: float) -> Floats:
@@ -51,56 +67,26 @@ def quantised(values: Floats, step: float, phase: float) -> Floats:
     return read
 
 
-@dataclass(frozen=True)
-class TrueMotion:
-    """What the joint did, (n,) each, on a uniform clock; `torque` is the mean over the sample around each instant."""
-
-    sample_rate_hz: float
-    motor_position: Floats
-    link_position: Floats
-    motor_velocity: Floats
-    torque: Floats
-    reference: Floats
-
-
 def measured_signals(
     motion: TrueMotion, chain: MeasurementChain, rng: np.random.Generator, *, torque_delay: float = 0.0,
     link_skew: float = 0.0, link: bool = True,
 ) -> list[Signal]:  # fmt: skip
     """The signals of one recording; all of a message share its instant. Delay and skew, s, shift torque and link."""
-    rate = motion.sample_rate_hz
-    n = motion.motor_position.size
-    uniform = np.arange(n) / rate
-    instants = uniform + rng.normal(0.0, 1.0, n) * chain.jitter / rate if chain.jitter else uniform
+    uniform = motion.time
+    n = uniform.size
+    instants = uniform + rng.normal(0.0, 1.0, n) * chain.jitter / motion.sample_rate_hz if chain.jitter else uniform
     instants = np.maximum.accumulate(np.maximum(instants, 0.0) + np.arange(n) * 1e-9)
     kept = rng.random(n) >= chain.lost
     kept[0] = True
-
-    def at(values: Floats, shift: float = 0.0) -> Floats:
-        if chain.jitter == 0.0 and shift == 0.0:
-            return values
-        return _cubic(values, (instants - shift) * rate)
-
-    motor = quantised(at(motion.motor_position), chain.motor_step, rng.random())
-    torque = at(motion.torque, torque_delay)
-    noise = chain.torque_noise * float(np.std(motion.torque))
-    torque = torque + rng.normal(0.0, 1.0, n) * noise
-    channels = [("motor_position", "position", motor), ("motor_torque", "effort", torque)]
-    if link:
-        position = quantised(at(motion.link_position, link_skew), chain.link_step, rng.random())
-        channels.append(("link_position", "link_position", position))
-    channels.append(("reference", "reference", motion.reference))
-    return [
-        Signal(role, f"virtual:{name}", "header", instants[kept], values[kept])  # type: ignore[arg-type]
-        for role, name, values in channels
+    read = motion.at(instants, torque_delay=torque_delay, link_skew=link_skew)
+    motor = quantised(read[:, 0], chain.motor_step, rng.random())
+    torque = read[:, 2] + rng.normal(0.0, 1.0, n) * chain.torque_noise * float(np.std(read[:, 2]))
+    signals = [
+        Signal("motor_position", "virtual:position", "header", instants[kept], motor[kept]),
+        Signal("motor_torque", "virtual:effort", "header", instants[kept], torque[kept]),
     ]
-
-
-def _cubic(values: Floats, where: Floats) -> Floats:
-    """`values` (n,) at fractional indices, by cubic interpolation through four neighbours."""
-    n = values.size
-    k = np.clip(np.floor(where).astype(np.int64), 1, n - 3)
-    x = np.clip(where, 0.0, n - 1.0) - k
-    a, b, c, d = values[k - 1], values[k], values[k + 1], values[k + 2]
-    result: Floats = b + 0.5 * x * (c - a + x * (2 * a - 5 * b + 4 * c - d + x * (3 * (b - c) + d - a)))
-    return result
+    if link:
+        position = quantised(read[:, 1], chain.link_step, rng.random())
+        signals.append(Signal("link_position", "virtual:link_position", "header", instants[kept], position[kept]))
+    signals.append(Signal("reference", "virtual:reference", "header", uniform, motion.reference))
+    return signals

@@ -6,12 +6,11 @@ from enum import IntEnum
 
 import numpy as np
 
+from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Floats
 
 GRAVITY = 9.81
-RIGID_STIFFNESS = 0.0
-"""A rigid joint has no spring: the plant then moves one mass."""
 
 
 class P(IntEnum):
@@ -101,11 +100,20 @@ EFFECTS = {
 
 
 def plant_values(model: JointModel) -> Floats:
-    """The plant's vector (len(P),) for a model with its effects. Raises KeyError on an effect that it does not know."""
+    """The plant's vector (len(P),) for a model with its effects; a rigid one has no spring and moves as one mass.
+
+    Raises ConfigurationError on inertias that are not positive, and on an effect that it does not know.
+    """
     values = np.zeros(len(P))
     for key, index in (RIGID if model.rigid else BASE).items():
         values[index] += model.parameters.get(key, 0.0)
     for effect, parameters in model.effects.items():
         for name, value in parameters.items():
-            values[EFFECTS[f"{effect}.{name}"]] += value
+            key = f"{effect}.{name}"
+            if key not in EFFECTS:
+                raise ConfigurationError(f"the virtual joint has no effect parameter '{key}'.")
+            values[EFFECTS[key]] += value
+    for key in ("J",) if model.rigid else ("Jm", "K", "JL"):
+        if not model.value(key) > 0.0:
+            raise ConfigurationError(f"{key} of the virtual joint is {model.value(key)}: it must be positive.")
     return values

@@ -1,8 +1,11 @@
-"""Two masses and a spring, stepped in time: position Verlet with dry friction as an impulse that cannot reverse motion.
+"""Two masses, a spring and the drive that moves them, stepped in time: all that is compiled is in this file.
 
-Each step drifts half a step, kicks both masses with the forces there, and drifts on: second order, symplectic without
-friction. Viscous friction enters the kick implicitly; dry friction removes at most the momentum there is, so a mass at
-rest sticks exactly until it is pushed harder than its friction. Shares nothing with `flex_ident.simulation`.
+The plant is position Verlet with dry friction as an impulse that cannot reverse motion: each step drifts half a step,
+kicks both masses with the forces there, and drifts on: second order, symplectic without friction. Viscous friction
+enters the kick implicitly; dry friction removes at most the momentum there is, so a mass at rest sticks exactly until
+it is pushed harder than its friction. Shares nothing with `flex_ident.simulation`.
+
+numba's cache notices a change of a function's own file only: functions that call each other stay together here.
 """
 
 from __future__ import annotations
@@ -24,10 +27,22 @@ LF, LF_L, WARM = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK), int(P.WARMING)
 CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P.DAHL_DEFLECTION)
 DAMP, RIP, RIP_C, RIP_P = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.RIPPLE_CYCLES), int(P.RIPPLE_PHASE)
 GE, GE_C, GE_P = int(P.GEAR_ERROR), int(P.GEAR_CYCLES), int(P.GEAR_PHASE)
-J2, K2, D2 = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING)
+J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 
-STATE = 8
-"""Motor, link and second mass, position and velocity each, then Dahl state and deflection."""
+STATE = 13
+"""Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
+command and its rate; time; the command before."""
+INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE = 8, 9, 10, 11, 12
+ROW = 5
+"""What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
+POSITION, VELOCITY, EFFORT = 0, 1, 2
+"""What is commanded."""
+
+
+@compiled
+def weight(p: Floats, angle: float) -> float:
+    """Torque of gravity at `angle`, N m (eq. 7)."""
+    return float(GRAVITY * (p[MX] * math.cos(angle) + p[MY] * math.sin(angle)))
 
 
 @compiled
@@ -35,7 +50,7 @@ def deflection(p: Floats, motor: float, link: float) -> float:
     """Deflection of the spring, transmission error included, rad."""
     if p[GE] == 0.0:
         return motor - link
-    return motor + p[GE] * math.sin(p[GE_C] * motor + p[GE_P]) - link
+    return float(motor + p[GE] * math.sin(p[GE_C] * motor + p[GE_P]) - link)
 
 
 @compiled
@@ -43,66 +58,66 @@ def elastic_torque(p: Floats, d: float, bristle: float) -> float:
     """Torque of the spring at deflection `d` with its play, hardening and Dahl part, N m."""
     half = 0.5 * p[PLAY]
     engaged = d - half if d > half else (d + half if d < -half else 0.0)
-    return p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle
+    return float(p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle)
 
 
 @compiled
-def stopped_or_slowed(velocity: float, loss: float) -> float:
-    """A velocity after dry friction took `loss` of it, never beyond standstill."""
-    if abs(velocity) <= loss:
+def dahl_state(p: Floats, z: float, change: float) -> float:
+    """Dahl's state after the deflection changed by `change`, rad."""
+    if p[DAHL_D] <= 0.0 or change == 0.0:
+        return z
+    goal = 1.0 if change > 0.0 else -1.0
+    return goal + (z - goal) * math.exp(-abs(change) / p[DAHL_D])
+
+
+@compiled
+def kicked(
+    velocity: float, inertia: float, push: float, viscous: float, dry: float, peak: float, peak_speed: float,
+    h: float,
+) -> float:  # fmt: skip
+    """Velocity after `h` s of `push`, N m, against viscous and dry friction (with a Stribeck `peak`)."""
+    damping = 0.5 * h * viscous
+    free = (velocity * (inertia - damping) + h * push) / (inertia + damping)
+    if peak != 0.0 and peak_speed > 0.0:
+        dry += peak * math.exp(-((velocity / peak_speed) ** 2))
+    loss = h * max(dry, 0.0) / (inertia + damping)
+    if abs(free) <= loss:
         return 0.0
-    return velocity - loss if velocity > 0.0 else velocity + loss
+    return free - loss if free > 0.0 else free + loss
 
 
 @compiled
 def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> None:
-    """Advance `state` (STATE,) by `h` s under the motor's `torque`, N m."""
-    flexible = p[STIFFNESS] > 0.0
-    second = p[J2] > 0.0
+    """Advance the masses in `state` (STATE,) by `h` s under the motor's `torque`, N m, friction times `warm`."""
     a, va, b, vb, c, vc = state[0], state[1], state[2], state[3], state[4], state[5]
+    flexible = p[STIFFNESS] > 0.0
     a += 0.5 * h * va
     b += 0.5 * h * vb
     c += 0.5 * h * vc
-    gear_rate = 1.0 + p[GE] * p[GE_C] * math.cos(p[GE_C] * a + p[GE_P]) if p[GE] != 0.0 else 1.0
-    shaft = 0.0
-    if flexible:
-        d = deflection(p, a, b)
-        if p[DAHL] > 0.0 and p[DAHL_D] > 0.0:
-            change = d - state[7]
-            if change != 0.0:
-                goal = 1.0 if change > 0.0 else -1.0
-                state[6] = goal + (state[6] - goal) * math.exp(-abs(change) / p[DAHL_D])
-        state[7] = d
-        shaft = elastic_torque(p, d, state[6]) + p[DAMP] * (gear_rate * va - vb)
-        weight = GRAVITY * (p[MX] * math.cos(b) + p[MY] * math.sin(b))
-    else:
-        weight = GRAVITY * (p[MX] * math.cos(a) + p[MY] * math.sin(a))
-    load = shaft if flexible else weight
-    push = torque - gear_rate * shaft - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
-    if not flexible:
-        push -= weight
+    push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
     if p[RIP] != 0.0:
         push -= p[RIP] * math.sin(p[RIP_C] * a + p[RIP_P])
-    half_damping = 0.5 * h * warm * p[FVM]
-    free = (va * (p[JM] - half_damping) + h * push) / (p[JM] + half_damping)
-    dry = p[FSM] + p[LF] * abs(load)
-    if p[ST] != 0.0 and p[ST_V] > 0.0:
-        dry += p[ST] * math.exp(-((va / p[ST_V]) ** 2))
-    va = stopped_or_slowed(free, h * warm * dry / (p[JM] + half_damping))
     if flexible:
-        push = shaft - weight - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb))
-        if second:
+        gear = 1.0 + p[GE] * p[GE_C] * math.cos(p[GE_C] * a + p[GE_P]) if p[GE] != 0.0 else 1.0
+        d = deflection(p, a, b)
+        state[6] = dahl_state(p, state[6], d - state[7])
+        state[7] = d
+        load = elastic_torque(p, d, state[6]) + p[DAMP] * (gear * va - vb)
+        push -= gear * load
+    else:
+        load = weight(p, a)
+        push -= load
+    dry = p[FSM] + p[LF] * abs(load)
+    va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
+    a += 0.5 * h * va
+    if flexible:
+        push = load - weight(p, b) - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb))
+        if p[J2] > 0.0:
             back = p[K2] * (b - c) + p[D2] * (vb - vc)
             push -= back
             vc += h * back / p[J2]
-        half_damping = 0.5 * h * warm * p[FV]
-        free = (vb * (p[JL] - half_damping) + h * push) / (p[JL] + half_damping)
-        dry = p[FS] + p[LF_L] * abs(shaft)
-        if p[ST_L] != 0.0 and p[ST_VL] > 0.0:
-            dry += p[ST_L] * math.exp(-((vb / p[ST_VL]) ** 2))
-        vb = stopped_or_slowed(free, h * warm * dry / (p[JL] + half_damping))
-    a += 0.5 * h * va
-    if flexible:
+        dry = p[FS] + p[LF_L] * abs(load)
+        vb = kicked(vb, p[JL], push, warm * p[FV], warm * dry, warm * p[ST_L], p[ST_VL], h)
         b += 0.5 * h * vb
         c += 0.5 * h * vc
     else:
@@ -111,28 +126,102 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
 
 
 @compiled
-def rest_link(p: Floats, motor: float) -> float:
-    """Where the link hangs still behind a motor at `motor`, rad."""
+def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: float) -> float:
+    """Torque, N m, that the drive asks for over the next `h` s; moves its part of `state` on.
+
+    `gains` (6,): position, velocity, integral gain, effort limit, inertia of the feedforward, rad/s of the smoothing.
+    A position command goes through a critically damped filter, solved exactly, that gives its rate and acceleration.
+    The integrator stops where the torque is limited.
+    """
+    limit = float(gains[3])
+    if kind == EFFORT:
+        return min(max(command, -limit), limit)
+    ahead = 0.0
+    wanted = command
+    if kind == POSITION:
+        omega = gains[5]
+        error, rate = state[SMOOTH] - command, state[SMOOTH_RATE]
+        slope, fall = rate + omega * error, math.exp(-omega * h)
+        state[SMOOTH] = command + (error + slope * h) * fall
+        state[SMOOTH_RATE] = (rate - omega * slope * h) * fall
+        wanted = gains[0] * (state[SMOOTH] - state[0]) + state[SMOOTH_RATE]
+        ahead = gains[4] * (state[SMOOTH_RATE] - rate) / h
+    error = wanted - state[1]
+    grown = state[INTEGRAL] + gains[2] * error * h
+    torque = ahead + gains[1] * error + grown
+    if torque > limit:
+        state[INTEGRAL] = min(state[INTEGRAL], grown)
+        return limit
+    if torque < -limit:
+        state[INTEGRAL] = max(state[INTEGRAL], grown)
+        return -limit
+    state[INTEGRAL] = grown
+    return float(torque)
+
+
+@compiled
+def sampled(
+    p: Floats, gains: Floats, kind: int, state: Floats, command: float, disturbance: float, cycle: float,
+    substeps: int, rows: Floats,
+) -> None:  # fmt: skip
+    """One sample of the joint: as many cycles of the drive, `cycle` s each, as `rows` (cycles, ROW), filled here.
+
+    A position command is reached in equal steps from the one before, as drives interpolate between set points.
+    """
+    cycles = rows.shape[0]
+    before = state[BEFORE] if kind == POSITION else command
+    for i in range(cycles):
+        asked = before + (command - before) * (i + 1.0) / cycles
+        torque = drive_torque(gains, kind, state, asked, cycle)
+        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4] = state[0], state[1], state[2], state[3], torque
+        delivered = torque
+        if p[LIMIT] > 0.0:
+            delivered = min(max(torque, -p[LIMIT]), p[LIMIT])
+        warm = 1.0 + p[WARM] * state[TIME]
+        for _ in range(substeps):
+            stepped(p, state, delivered + disturbance, cycle / substeps, warm)
+        state[TIME] += cycle
+    state[BEFORE] = command
+
+
+@compiled
+def whole_run(
+    p: Floats, gains: Floats, kind: int, state: Floats, commands: Floats, disturbances: Floats, cycle: float,
+    substeps: int, cycles: int, rows: Floats,
+) -> None:  # fmt: skip
+    """`sampled` for every command (n,), filling `rows` (n cycles, ROW)."""
+    for k in range(commands.size):
+        part = rows[k * cycles : (k + 1) * cycles]
+        sampled(p, gains, kind, state, commands[k], disturbances[k], cycle, substeps, part)
+
+
+@compiled
+def _rest_link(p: Floats, motor: float) -> float:
+    """Where the link hangs still behind a motor at `motor`, rad: bisection on the balance of spring and weight."""
     if p[STIFFNESS] <= 0.0:
         return motor
-    link = motor
-    for _ in range(50):
-        weight = GRAVITY * (p[MX] * math.cos(link) + p[MY] * math.sin(link))
-        play = 0.5 * p[PLAY] if weight > 0.0 else -0.5 * p[PLAY]
-        link = motor - weight / p[STIFFNESS] - (play if p[PLAY] > 0.0 else 0.0)
-    return link
+    if abs(elastic_torque(p, deflection(p, motor, motor), 0.0) - weight(p, motor)) < 1e-12:
+        return motor
+    heaviest = GRAVITY * math.hypot(p[MX], p[MY])
+    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * abs(p[GE]) + 1e-9
+    low, high = motor - span, motor + span
+    for _ in range(60):
+        link = 0.5 * (low + high)
+        if elastic_torque(p, deflection(p, motor, link), 0.0) > weight(p, link):
+            low = link
+        else:
+            high = link
+    return float(0.5 * (low + high))
 
 
-def state_at_rest(p: Floats, motor: float) -> Floats:
-    """The state (STATE,) of a joint that hangs still with its motor at `motor`, rad."""
-    link = float(rest_link(p, motor))
+def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
+    """The state (STATE,) of a joint that its drive holds still with the motor at `motor`, rad."""
+    link = float(_rest_link(p, motor))
     state = np.zeros(STATE)
     state[0], state[2], state[4] = motor, link, link
     state[7] = float(deflection(p, motor, link))
+    state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT]
+    if p[RIP] != 0.0:
+        state[INTEGRAL] += p[RIP] * math.sin(p[RIP_C] * motor + p[RIP_P])
+    state[SMOOTH], state[BEFORE] = motor, command
     return state
-
-
-def holding_torque(p: Floats, motor: float) -> float:
-    """Motor torque, N m, that holds the joint at rest at `motor`, friction left out."""
-    link = float(rest_link(p, motor))
-    return float(GRAVITY * (p[MX] * math.cos(link) + p[MY] * math.sin(link)) + p[CONSTANT])

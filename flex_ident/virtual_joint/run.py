@@ -1,4 +1,4 @@
-"""A whole experiment in one compiled loop."""
+"""A whole experiment at once."""
 
 from __future__ import annotations
 
@@ -7,38 +7,13 @@ import numpy as np
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Floats, Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
-from flex_ident.virtual_joint.compiled import compiled
-from flex_ident.virtual_joint.drive import INTERFACES, Drive, drive_for, drive_torque
+from flex_ident.virtual_joint.drive import Drive, drive_cycles, drive_for
 from flex_ident.virtual_joint.experiment import Experiment
-from flex_ident.virtual_joint.measurement import MeasurementChain, TrueMotion, measured_signals
-from flex_ident.virtual_joint.physics import P, plant_values
-from flex_ident.virtual_joint.plant import holding_torque, state_at_rest, stepped
-
-SUBSTEPS = 10
-WARM = int(P.WARMING)
-LIMIT = int(P.DRIVE_LIMIT)
-
-
-@compiled
-def _run(
-    p: Floats, state: Floats, gains: Floats, kind: int, integral: float, reference: Floats, disturbance: Floats,
-    period: float, substeps: int, motor: Floats, link: Floats, velocity: Floats, torque: Floats,
-) -> None:  # fmt: skip
-    n = reference.size
-    h = period / substeps
-    for k in range(n):
-        motor[k], velocity[k], link[k] = state[0], state[1], state[2]
-        ahead = reference[k + 1] if k + 1 < n else reference[k]
-        rate = (ahead - reference[k]) / period
-        wanted, integral = drive_torque(gains, kind, reference[k], rate, state[0], state[1], integral, period)
-        torque[k] = wanted
-        delivered = wanted
-        if p[LIMIT] > 0.0:
-            delivered = min(max(wanted, -p[LIMIT]), p[LIMIT])
-        delivered += disturbance[k]
-        warm = 1.0 + p[WARM] * k * period
-        for _ in range(substeps):
-            stepped(p, state, delivered, h, warm)
+from flex_ident.virtual_joint.joint import SUBSTEPS
+from flex_ident.virtual_joint.measurement import MeasurementChain, measured_signals
+from flex_ident.virtual_joint.motion import TrueMotion
+from flex_ident.virtual_joint.physics import plant_values
+from flex_ident.virtual_joint.plant import ROW, state_at_rest, whole_run
 
 
 def virtual_motion(
@@ -47,25 +22,21 @@ def virtual_motion(
 ) -> TrueMotion:  # fmt: skip
     """What the joint does when it is commanded the experiment, or `reference` (n,). `disturbance`, N m rms, acts too.
 
-    The recorded torque is the commanded one, averaged over the sample around the encoders' instant.
+    The reference is a position, velocity or effort as the drive's interface says; the motor starts at the first
+    position, or at the experiment's `start`.
     """
     experiment = experiment or Experiment()
     drive = drive or drive_for(model)
-    wanted = experiment.reference() if reference is None else np.ascontiguousarray(reference, np.float64)
+    commands = experiment.reference() if reference is None else np.ascontiguousarray(reference, np.float64)
+    n = commands.size
+    pushes = np.random.default_rng([seed, 1]).normal(0.0, 1.0, n) * disturbance if disturbance else np.zeros(n)
     p = plant_values(model)
-    n = wanted.size
-    push = np.random.default_rng([seed, 1]).normal(0.0, 1.0, n) * disturbance if disturbance else np.zeros(n)
-    start = float(wanted[0]) if drive.interface == "position" else experiment.start
-    integral = holding_torque(p, start)
-    gains = np.array([drive.position_gain, drive.velocity_gain, drive.integral_gain, drive.effort_limit])
-    motor, link, velocity, torque = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    kind = INTERFACES.index(drive.interface)
-    period = 1.0 / experiment.sample_rate_hz
-    _run(
-        p, state_at_rest(p, start), gains, kind, integral, wanted, push, period, substeps, motor, link, velocity, torque
-    )
-    averaged = 0.5 * (torque + np.concatenate((torque[:1], torque[:-1])))
-    return TrueMotion(experiment.sample_rate_hz, motor, link, velocity, averaged, wanted)
+    state = state_at_rest(p, float(commands[0]) if drive.interface == "position" else experiment.start, commands[0])
+    cycles = drive_cycles(experiment.sample_rate_hz)
+    cycle_rate = cycles * experiment.sample_rate_hz
+    rows = np.empty((n * cycles, ROW))
+    whole_run(p, drive.gains, drive.kind, state, commands, pushes, 1.0 / cycle_rate, substeps, cycles, rows)
+    return TrueMotion(experiment.sample_rate_hz, cycle_rate, rows, commands)
 
 
 def virtual_signals(
@@ -77,7 +48,7 @@ def virtual_signals(
     disturbance = 0.0
     if chain.torque_disturbance:
         quiet = virtual_motion(model, experiment, drive=drive, reference=reference)
-        disturbance = chain.torque_disturbance * float(np.std(quiet.torque))
+        disturbance = chain.torque_disturbance * float(np.std(quiet.rows[:, 4]))
     motion = virtual_motion(model, experiment, drive=drive, reference=reference, disturbance=disturbance, seed=seed)
     return measured_signals(
         motion, chain, np.random.default_rng([seed, 2]), torque_delay=model.value("time_delay.delay"),

@@ -1,0 +1,82 @@
+"""What a joint may do: the tighter of the parameters and the robot's URDF."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+from flex_ident.errors import ConfigurationError, UsageError
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds of one joint: position, rad, speed, rad/s, effort, N m, and tracking error, rad; infinite: none."""
+
+    position_min: float = -math.inf
+    position_max: float = math.inf
+    velocity: float = math.inf
+    effort: float = math.inf
+    tracking_error: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not self.position_min < self.position_max:
+            raise ConfigurationError(
+                f"limits.position_min {self.position_min} is not below limits.position_max {self.position_max}."
+            )
+        for name in ("velocity", "effort", "tracking_error"):
+            if not getattr(self, name) > 0.0:
+                raise ConfigurationError(f"limits.{name} is {getattr(self, name)}: it must be positive.")
+
+    def tightened(self, other: Limits) -> Limits:
+        """The tighter of both, bound by bound. Raises ConfigurationError when nothing is left."""
+        return Limits(
+            max(self.position_min, other.position_min), min(self.position_max, other.position_max),
+            min(self.velocity, other.velocity), min(self.effort, other.effort),
+            min(self.tracking_error, other.tracking_error),
+        )  # fmt: skip
+
+    def held(self, position: float) -> float:
+        """The nearest position inside the bounds."""
+        return min(max(position, self.position_min), self.position_max)
+
+
+def urdf_limits(description: str, joint: str) -> Limits:
+    """The limits that a URDF gives a joint. Raises UsageError when it is no XML or has no such joint."""
+    try:
+        root = ET.fromstring(description)
+    except ET.ParseError as error:
+        raise UsageError(f"/robot_description is not XML ({error}).") from error
+    for element in root.iter("joint"):
+        if element.get("name") != joint or element.get("type") is None:
+            continue
+        found = element.find("limit")
+        if found is None:
+            return Limits()
+
+        def number(name: str, limit: ET.Element = found) -> float:
+            try:
+                return float(limit.get(name, "nan"))
+            except ValueError:
+                return math.nan
+
+        low, high = number("lower"), number("upper")
+        bounded = element.get("type") != "continuous" and math.isfinite(low) and math.isfinite(high) and low < high
+        return Limits(
+            low if bounded else -math.inf, high if bounded else math.inf,
+            _positive(number("velocity")), _positive(number("effort")),
+        )  # fmt: skip
+    raise UsageError(f"/robot_description has no joint '{joint}'.")
+
+
+def _positive(value: float) -> float:
+    return value if math.isfinite(value) and value > 0.0 else math.inf
+
+
+def gravity_rest(mx: float, my: float, near: float) -> float:
+    """The position, rad, nearest to `near` at which gravity pulls nothing (eq. 17): MX cos q + MY sin q = 0."""
+    if mx == 0.0 and my == 0.0:
+        raise ConfigurationError("start_position is gravity_rest: give mx and my.")
+    base = math.atan2(-mx, my)
+    turns = round((near - base) / math.pi)
+    return base + turns * math.pi
