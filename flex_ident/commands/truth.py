@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from flex_ident.parameters import Identification, JointModel
-from flex_ident.report.table import rounded, text_table
+from collections.abc import Mapping
+from typing import Any
+
+from flex_ident.parameters import JointModel
+from flex_ident.report.table import rounded
+
+HEADER = ("parameter", "truth", "estimate", "95 % interval", "unit", "inside")
 
 
-def truth_table(result: Identification, truth: JointModel) -> str:
-    """Each parameter's truth, estimate, 95 % interval, and whether the interval holds the truth."""
-    rows = []
-    for p in result.parameters:
-        low, high = p.interval
-        true = truth.value(p.key)
-        inside = "yes" if low <= true <= high else "NO"
-        if not p.identifiable:
-            inside = "not identifiable"
-        interval = f"{rounded(low, p.std)} to {rounded(high, p.std)}"
-        rows.append((p.key, f"{true:.6g}", rounded(p.value, p.std), interval, p.unit, inside))
-    return text_table(("parameter", "truth", "estimate", "95 % interval", "unit", "inside"), rows, right=(1, 2, 3))
+def truth_rows_text(content: Mapping[str, Any], truth: JointModel) -> list[tuple[str, ...]]:
+    """Rows of `HEADER` from the content of a `result.json`: does each 95 % interval hold the truth?"""
+    rows: list[tuple[str, ...]] = []
+    for key, p in content["parameters"].items():
+        true, (low, high), std = truth.value(key), p["ci95"], p["std"]
+        if not p["identifiable"] or low is None or std is None:
+            inside, interval = "not identifiable", "-"
+        else:
+            inside = "yes" if low <= true <= high else "NO"
+            interval = f"{rounded(low, std)} to {rounded(high, std)}"
+        estimate = rounded(p["value"], std) if std is not None else f"{p['value']:.4g}"
+        rows.append((key, f"{true:.6g}", estimate, interval, p["unit"], inside))
+    return rows

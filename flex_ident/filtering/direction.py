@@ -37,7 +37,7 @@ def motion_direction(position: Floats, sample_rate_hz: float, *, lowest_hz: floa
     smooth, velocity, acceleration = SpectralFilter(n, rate, lowest_hz)(position, (0, 1, 2))
     noise = float(np.std((position - smooth)[10:-10]))
     window = max(3, round(SPEED_WINDOW_S * rate))
-    speed = np.sqrt(2.0 * ndimage.uniform_filter1d(velocity**2, window))
+    speed = np.sqrt(2.0 * np.maximum(ndimage.uniform_filter1d(velocity**2, window), 0.0))
     width = 2.0 * velocity_noise(noise, lowest_hz, rate) * np.ones(n)
     sharpest = velocity
     cutoff = CUTOFF_RATIO * lowest_hz

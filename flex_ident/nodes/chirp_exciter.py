@@ -72,6 +72,7 @@ class ChirpExciter(Node):
         self._described = False
         self._recorder: Recorder | None = None
         self._states_seen = False
+        self._pending = False
         self._published_state: tuple[str, str, int] | None = None
         self._ticks: list[float] = []
         self._late = 0
@@ -117,6 +118,8 @@ class ChirpExciter(Node):
             )  # fmt: skip
         with self._lock:
             self.exciter.observe(sample)
+        if self._pending and sample.position is not None:
+            self._begin(now)
 
     def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         why = self._start()
@@ -144,7 +147,7 @@ class ChirpExciter(Node):
         return ""
 
     def _start(self) -> str:
-        why = self._readiness()
+        why = "already starting: wait for ~/state." if self._pending else self._readiness()
         if not why:
             with self._lock:
                 why = self.exciter.objection(time.monotonic())
@@ -154,14 +157,19 @@ class ChirpExciter(Node):
             self._open_recorder()
         except FlexIdentError as error:
             return str(error)
+        self._pending = True  # opening the bag took a while: begin with the next joint state
+        return ""
+
+    def _begin(self, now: float) -> None:
+        """Begin to move, all checks passed again on a fresh joint state."""
+        self._pending = False
         with self._lock:
-            why = self.exciter.start(time.monotonic())
+            why = self.exciter.start(now)
         if why:
             self._close_recorder()
-            return why
-        if not self._thread.is_alive():
+            self._give_up(why)
+        elif not self._thread.is_alive():
             self._thread.start()
-        return ""
 
     def _open_recorder(self) -> None:
         directory = str(self.values["recording.directory"])

@@ -33,7 +33,7 @@ SETTINGS = (
     Setting("chirp.start_frequency_hz", 0.05, "where the sweep starts, Hz", lower=1e-3, upper=1000.0),
     Setting("chirp.end_frequency_hz", 30.0, "where the sweep ends, Hz", lower=1e-3, upper=1000.0),
     Setting("chirp.duration_s", 60.0, "duration of one sweep, s", lower=1.0, upper=36000.0),
-    Setting("chirp.amplitude", 0.1, "amplitude of the motor position at the sweep's start, rad", lower=1e-6, upper=100.0),
+    Setting("chirp.amplitude", 0.1, "amplitude at the sweep's start, rad", lower=1e-6, upper=100.0),
     Setting("chirp.profile", "constant_velocity", "what stays constant over the sweep; rich: slow sine, chirp, small "
             "chirp", choices=PROFILES),
     Setting("chirp.sweep", "logarithmic", "how the frequency grows", choices=SWEEPS),

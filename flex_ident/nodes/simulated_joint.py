@@ -6,6 +6,7 @@ import math
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from flex_ident.nodes.declared import current, declare
 from flex_ident.nodes.running import run_node
 from flex_ident.nodes.trajectory import TrajectoryCommand
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel, read_joint_model
-from flex_ident.virtual_joint import COBOT_JOINT, Instruments, VirtualJoint, drive_for
+from flex_ident.virtual_joint import COBOT_JOINT, Instruments, Interface, VirtualJoint, drive_for
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 FAULTS = ("none", "stop", "freeze", "nan", "time_jump", "lose_joint")
@@ -40,6 +41,9 @@ SETTINGS = (
     Setting("start_position", 0.0, "motor position at the start, rad", lower=-100.0, upper=100.0),
     Setting("controller.type", "forward_command", "how commands come", choices=("forward_command", "joint_trajectory")),
     Setting("controller.interface", "position", "what is commanded", choices=("position", "velocity", "effort")),
+    Setting(
+        "controller.smoothing_hz", 25.0, "position commands are smoothed at this frequency", lower=1.0, upper=1000.0
+    ),
     Setting("controller.topic", "/forward_position_controller/commands", "where commands come from"),
     Setting("noise.motor_bits", 20.0, "bits a turn of the motor encoder", lower=8.0, upper=32.0),
     Setting("noise.link_bits", 20.0, "bits a turn of the link encoder", lower=8.0, upper=32.0),
@@ -47,7 +51,7 @@ SETTINGS = (
     Setting("limits.position_min", -3.1, "lower limit in /robot_description, rad", lower=-1e3, upper=1e3),
     Setting("limits.position_max", 3.1, "upper limit in /robot_description, rad", lower=-1e3, upper=1e3),
     Setting("limits.velocity", 3.0, "speed limit in /robot_description, rad/s", lower=1e-3, upper=1e3),
-    Setting("limits.effort", 200.0, "effort limit of the drive, N m", lower=1e-3, upper=1e7),
+    Setting("limits.effort", 300.0, "effort limit of the drive, N m", lower=1e-3, upper=1e7),
     Setting("fault", "none", "a fault to play, for tests", choices=FAULTS),
 )
 
@@ -63,8 +67,12 @@ class SimulatedJoint(Node):
         self._values = values
         self.model = self._model(values)
         self.names = [str(values["joint"]), *self._strings("other_joints")]
-        self._interface = str(values["controller.interface"])
-        drive = drive_for(self.model, effort_limit=float(values["limits.effort"]), interface=self._interface)  # type: ignore[arg-type]
+        self._interface: Interface = str(values["controller.interface"])  # type: ignore[assignment]
+        drive = replace(
+            drive_for(self.model, effort_limit=float(values["limits.effort"]), interface=self._interface),
+            inertia=0.0,
+            smoothing_hz=float(values["controller.smoothing_hz"]),
+        )
         instruments = Instruments(
             2.0 * math.pi / 2.0 ** float(values["noise.motor_bits"]),
             2.0 * math.pi / 2.0 ** float(values["noise.link_bits"]),

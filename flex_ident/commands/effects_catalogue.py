@@ -1,0 +1,109 @@
+"""`flex_ident effects`: the catalogue in words, and docs/effects.md with a picture of each signature."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import numpy as np
+
+from flex_ident.effects import CATALOGUE, Effect
+from flex_ident.estimation.problem import FitProblem
+from flex_ident.gap.candidates import candidates
+from flex_ident.gap.options import GapOptions
+from flex_ident.gap.where import variables
+from flex_ident.recording import Floats
+from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
+from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
+
+BAND_HZ = 30.0
+
+
+def catalogue_text() -> str:
+    """The catalogue for a terminal: what each effect is, its equation, parameters, signature and what separates it."""
+    return "\n\n".join(_effect_text(e) for e in CATALOGUE.values())
+
+
+def _effect_text(effect: Effect) -> str:
+    lines = [f"{effect.name}: {effect.summary}", f"  equation    {effect.equation}"]
+    for p in effect.parameters:
+        lines.append(f"  parameter   {effect.name}.{p.name} [{p.unit}] {p.meaning}")
+    lines += textwrap.wrap(f"  signature   {effect.signature}", 110, subsequent_indent=" " * 14)
+    if effect.confused_with:
+        lines.append(f"  like        {', '.join(effect.confused_with)}; told apart by {effect.separated_by}")
+    return "\n".join(lines)
+
+
+def write_effects_page(folder: Path) -> list[Path]:
+    """docs/effects.md and one picture an effect, all made by code; the paths written."""
+    pictures = folder / "effects"
+    pictures.mkdir(parents=True, exist_ok=True)
+    problem, base = _clean_problem()
+    paths = []
+    lines = [
+        "# The catalogue of effects",
+        "",
+        "Made by `python bench/effects_page.py`. Each picture: what the torque lacks when a cobot's joint has the effect "
+        "and the model does not, the model's own parameters left as they are, over the variable that shows it best.",
+    ]
+    for effect in CATALOGUE.values():
+        path = pictures / f"{effect.name}.png"
+        path.write_bytes(_picture(effect, problem, base))
+        paths.append(path)
+        lines += ["", f"## {effect.name}", "", f"{effect.summary[0].upper()}{effect.summary[1:]}.", ""]
+        lines += [f"`{effect.equation}`", "", f"Signature: {effect.signature}."]
+        if effect.confused_with:
+            names = ", ".join(f"`{n}`" for n in effect.confused_with)
+            lines += ["", f"Confused with {names}; told apart by {effect.separated_by}."]
+        lines += ["", "| parameter | unit | meaning |", "| --- | --- | --- |"]
+        lines += [f"| `{p.name}` | {p.unit} | {p.meaning} |" for p in effect.parameters]
+        lines += ["", f"![{effect.name}](effects/{effect.name}.png)"]
+    page = folder / "effects.md"
+    page.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return [page, *paths]
+
+
+def _clean_problem() -> tuple[FitProblem, dict[str, float]]:
+    recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=30.0, sample_rate_hz=500.0), PERFECT)
+    base = {k: v for k, v in COBOT_JOINT.parameters.items() if k not in ("MX", "MY")}
+    return FitProblem(recording, sensors="motor+link", band_hz=BAND_HZ), base
+
+
+def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> bytes:
+    options = GapOptions(effects=(effect.name,), without=("MX", "MY"))
+    tries = [c for c in candidates(problem, base, options) if not c.side]
+    middle = tries[len(tries) // 2]
+    change = problem.residuals({**base, **middle.probes[0]})[0] - problem.residuals(base)[0]
+    known = {v.name: v for v in variables(problem, base)}
+    rows = problem.usable
+    with styled_figure(6.4, 2.5) as figure:
+        axes = figure.subplots()
+        if effect.bin_by == "frequency":
+            _spectrum(axes, change, problem.rate_hz)
+        else:
+            variable = known[effect.bin_by]
+            axes.plot(variable.values[rows], -change[rows], ".", ms=1.0, color=QUIET)
+            centre, mean = _binned(variable.values[rows], -change[rows])
+            axes.plot(centre, mean, color=PREDICTED)
+            axes.set_xlabel(f"{variable.words}, {variable.unit}")
+        axes.set_ylabel("torque, N m")
+        axes.set_title(effect.name.replace("_", " "))
+        return png_bytes(figure)
+
+
+def _binned(x: Floats, y: Floats, bins: int = 60) -> tuple[Floats, Floats]:
+    edges = np.linspace(x.min(), x.max(), bins + 1)
+    index = np.clip(np.digitize(x, edges) - 1, 0, bins - 1)
+    count = np.bincount(index, minlength=bins)
+    good = count > 0
+    centre: Floats = (0.5 * (edges[:-1] + edges[1:]))[good]
+    mean: Floats = np.bincount(index, y, bins)[good] / count[good]
+    return centre, mean
+
+
+def _spectrum(axes: object, change: Floats, rate_hz: float) -> None:
+    power = np.abs(np.fft.rfft(change * np.hanning(change.size))) * 4.0 / change.size
+    frequency = np.fft.rfftfreq(change.size, 1.0 / rate_hz)
+    inside = (frequency > 0.2) & (frequency < BAND_HZ * 1.2)
+    axes.plot(frequency[inside], power[inside], color=MEASURED)  # type: ignore[attr-defined]
+    axes.set_xlabel("frequency, Hz")  # type: ignore[attr-defined]
