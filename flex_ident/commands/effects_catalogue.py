@@ -43,8 +43,9 @@ def write_effects_page(folder: Path) -> list[Path]:
     lines = [
         "# The catalogue of effects",
         "",
-        "Made by `python bench/effects_page.py`. Each picture: what the torque lacks when a cobot's joint has the effect "
-        "and the model does not, the model's own parameters left as they are, over the variable that shows it best.",
+        "Made by `python bench/effects_page.py`. Each picture: what the torque lacks when a cobot's joint has the "
+        "effect and the model does not, the model's own parameters left as they are, over the variable that shows it "
+        "best.",
     ]
     for effect in CATALOGUE.values():
         path = pictures / f"{effect.name}.png"
@@ -81,7 +82,7 @@ def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> byt
         if effect.bin_by == "frequency":
             _spectrum(axes, change, problem.rate_hz)
         else:
-            variable = known[effect.bin_by]
+            variable = known.get(effect.bin_by, known["motor_velocity"])
             axes.plot(variable.values[rows], -change[rows], ".", ms=1.0, color=QUIET)
             centre, mean = _binned(variable.values[rows], -change[rows])
             axes.plot(centre, mean, color=PREDICTED)

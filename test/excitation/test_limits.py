@@ -1,0 +1,45 @@
+"""Limits from parameters and URDF, and eq. 17."""
+
+import math
+
+import pytest
+
+from flex_ident.errors import ConfigurationError, UsageError
+from flex_ident.excitation import Limits
+from flex_ident.excitation.limits import gravity_rest, urdf_limits
+
+URDF = """<robot name="r">
+<joint name="elbow" type="revolute"><limit lower="-1" upper="2" velocity="3" effort="4"/></joint>
+<joint name="wheel" type="continuous"><limit velocity="5" effort="0"/></joint>
+<joint name="free" type="floating"/></robot>"""
+
+
+def test_the_tighter_bound_wins() -> None:
+    limits = Limits(-2.0, 1.0, 9.0, 1.0, 0.1).tightened(urdf_limits(URDF, "elbow"))
+    assert limits == Limits(-1.0, 1.0, 3.0, 1.0, 0.1)
+
+
+def test_what_a_urdf_leaves_open_is_open() -> None:
+    wheel = urdf_limits(URDF, "wheel")
+    assert wheel.position_max == math.inf
+    assert wheel.velocity == 5.0
+    assert wheel.effort == math.inf
+    assert urdf_limits(URDF, "free") == Limits()
+
+
+@pytest.mark.parametrize(("text", "why"), [("<robot", "not XML"), (URDF, "no joint 'wrist'")])
+def test_unusable_descriptions_are_refused(text: str, why: str) -> None:
+    with pytest.raises(UsageError, match=why):
+        urdf_limits(text, "wrist")
+
+
+def test_limits_that_leave_nothing_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="position_min"):
+        Limits(0.0, 1.0).tightened(Limits(2.0, 3.0))
+
+
+def test_gravity_rest_is_where_gravity_pulls_nothing() -> None:
+    for mx, my, near in ((-0.7, -53.4, 0.0), (3.0, 0.2, 2.0), (1.0, 1.0, -5.0)):
+        q = gravity_rest(mx, my, near)
+        assert mx * math.cos(q) + my * math.sin(q) == pytest.approx(0.0, abs=1e-9)
+        assert abs(q - near) <= math.pi / 2 + 1e-9

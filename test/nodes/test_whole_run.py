@@ -1,0 +1,104 @@
+"""The whole chain as processes: excite, record, identify by service, parameters from YAML."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="needs rclpy")
+from diagnostic_msgs.srv import SelfTest
+from rig import JOINT, rig
+
+pytestmark = pytest.mark.ros
+TRUTH = {"Jm": 1.0, "K": 1.0e4, "JL": 1.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_excite_record_identify(storage: str, tmp_path: Path) -> None:
+    import rclpy
+
+    with rig(tmp_path) as made:
+        made.simulated_joint()
+        made.exciter(
+            auto_start=True,
+            rate_hz=1000.0,
+            **{"chirp.duration_s": 15.0, "chirp.end_frequency_hz": 30.0, "recording.storage": storage},
+        )
+        assert made.ended("chirp_exciter", 40.0) == 0, made.output("chirp_exciter")
+        assert [s for s in made.states if s != "idle"][-1] == "done"
+        bag = made.bag()
+        assert "0 lost" in made.output("chirp_exciter")
+        made.start("identifier", {
+            "bag_directories": [str(tmp_path)], "bag": str(bag), "joint": JOINT,
+            "output_directory": str(tmp_path / "results"),
+        })  # fmt: skip
+        success, message = made.call("/identifier/identify", 60.0)
+        assert success, message
+        content = json.loads(message)
+        for key, true in TRUTH.items():
+            p = content["parameters"][key]
+            assert abs(p["value"] - true) < 4.0 * p["std"], key
+            assert abs(p["value"] / true - 1.0) < 0.05, key
+        client = made.node.create_client(SelfTest, "/identifier/self_test")
+        assert client.wait_for_service(5.0)
+        future = client.call_async(SelfTest.Request())
+        rclpy.spin_until_future_complete(made.node, future, timeout_sec=60.0)
+        status = {s.name: {v.key: v.value for v in s.values} for s in future.result().status}
+        assert float(status["K"]["value"]) == content["parameters"]["K"]["value"]
+        assert (tmp_path / "results" / f"{bag.stem}_{JOINT}" / "report.html").exists()
+
+
+def test_a_bag_outside_the_allowed_folders_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "allowed").mkdir()
+    (tmp_path / "secret").mkdir()
+    (tmp_path / "allowed" / "link").symlink_to(tmp_path / "secret")
+    for path in (tmp_path / "secret", tmp_path / "allowed" / "link", tmp_path / "allowed" / ".." / "secret"):
+        from flex_ident.errors import UsageError
+        from flex_ident.nodes.allowed_paths import allowed_path
+
+        with pytest.raises(UsageError, match="outside the folders allowed"):
+            allowed_path(str(path), [str(tmp_path / "allowed")], what="bag")
+    with rig(tmp_path) as made:
+        made.start("identifier", {"bag_directories": [str(tmp_path / "allowed")], "bag": str(tmp_path / "secret")})
+        success, message = made.call("/identifier/identify")
+        assert not success
+        assert "outside the folders allowed" in message
+
+
+@pytest.mark.parametrize(
+    ("node", "parameters", "text"),
+    [
+        ("chirp_exciter", ["-p", "joint:=''"], "joint is empty"),
+        ("chirp_exciter", ["-p", "joint:=a", "-p", "chirp.profile:=steady"], "chirp.profile"),
+        ("chirp_exciter", ["-p", "joint:=a", "-p", "rate_hz:=1.0"], "rate_hz"),
+        ("simulated_joint", ["-p", "K:=stiff"], "expected a number"),
+        ("simulated_joint", ["-p", "effects.backlash.gap:=-1.0"], "backlash.gap"),
+        ("simulated_joint", ["-p", "model_file:=missing.yaml"], "missing.yaml"),
+        ("identifier", ["-p", "method:=guess"], "weighted"),
+    ],
+)
+def test_bad_parameters_are_one_line(node: str, parameters: list[str], text: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", f"flex_ident.nodes.{node}", "--ros-args", *parameters],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 2, done.stderr
+    assert text in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("node", ["simulated_joint", "identifier"])
+def test_the_shipped_configuration_loads(node: str, tmp_path: Path) -> None:
+    config = Path(__file__).resolve().parents[2] / "config" / f"{node}.yaml"
+    with rig(tmp_path) as made:
+        with (tmp_path / "log").open("wb") as out:
+            process = subprocess.Popen(
+                [sys.executable, "-m", f"flex_ident.nodes.{node}", "--ros-args", "--params-file", str(config)],
+                stdout=out, stderr=out,
+            )  # fmt: skip
+        made.processes[node] = process
+        made.spin(4.0)
+        assert process.poll() is None, (tmp_path / "log").read_text()
