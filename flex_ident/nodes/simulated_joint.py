@@ -6,11 +6,12 @@ import math
 import sys
 import threading
 import time
-from dataclasses import replace
-from pathlib import Path
+from array import array
+from collections.abc import Iterator
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import CallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -19,86 +20,71 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
-from flex_ident.configuration.settings import Setting, Value
-from flex_ident.effects import check_effect_parameters
-from flex_ident.effects.catalogue import CATALOGUE
 from flex_ident.errors import ConfigurationError
-from flex_ident.nodes.declared import current, declare
 from flex_ident.nodes.running import run_node
+from flex_ident.nodes.simulated_settings import (
+    FAULT,
+    HELD_AT,
+    declared_values,
+    description_of,
+    drive_of,
+    instruments_of,
+    joint_names,
+)
 from flex_ident.nodes.trajectory import TrajectoryCommand
-from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel, read_joint_model
-from flex_ident.virtual_joint import COBOT_JOINT, Instruments, Interface, VirtualJoint, drive_for
+from flex_ident.virtual_joint import Measurement, VirtualJoint
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-FAULTS = ("none", "stop", "freeze", "nan", "time_jump", "lose_joint")
-SETTINGS = (
-    Setting("joint", "joint_1", "name of the joint that moves"),
-    Setting("model_file", "", "a model.yaml; without it each parameter by its key, default a cobot's joint"),
-    Setting("rate_hz", 1000.0, "rate of control and of the published states", lower=10.0, upper=10000.0),
-    Setting("speed", 1.0, "faster than real time by this factor", lower=0.01, upper=100.0),
-    Setting("seed", 0.0, "seed of the noise", lower=0.0, upper=2.0**31),
-    Setting("link_encoder", True, "publish link_joint_states"),
-    Setting("start_position", 0.0, "motor position at the start, rad", lower=-100.0, upper=100.0),
-    Setting("controller.type", "forward_command", "how commands come", choices=("forward_command", "joint_trajectory")),
-    Setting("controller.interface", "position", "what is commanded", choices=("position", "velocity", "effort")),
-    Setting(
-        "controller.smoothing_hz", 25.0, "position commands are smoothed at this frequency", lower=1.0, upper=1000.0
-    ),
-    Setting("controller.topic", "/forward_position_controller/commands", "where commands come from"),
-    Setting("noise.motor_bits", 20.0, "bits a turn of the motor encoder", lower=8.0, upper=32.0),
-    Setting("noise.link_bits", 20.0, "bits a turn of the link encoder", lower=8.0, upper=32.0),
-    Setting("noise.torque", 0.2, "standard deviation of the torque's noise, N m", lower=0.0, upper=1e6),
-    Setting("limits.position_min", -3.1, "lower limit in /robot_description, rad", lower=-1e3, upper=1e3),
-    Setting("limits.position_max", 3.1, "upper limit in /robot_description, rad", lower=-1e3, upper=1e3),
-    Setting("limits.velocity", 3.0, "speed limit in /robot_description, rad/s", lower=1e-3, upper=1e3),
-    Setting("limits.effort", 300.0, "effort limit of the drive, N m", lower=1e-3, upper=1e7),
-    Setting("fault", "none", "a fault to play, for tests", choices=FAULTS),
-)
+QUEUE = 1000
+LONGEST_DELAY_S = 0.5
+"""When the machine stood still for longer, the joint stood still as well; below, late samples are made up for."""
+JUMP_NS = 5_000_000_000
+WARN_EVERY_S = 1.0
+
+
+class Polled(CallbackGroup):
+    """Subscriptions that no executor serves: the thread that needs the messages takes them itself."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Never."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Never."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Nothing to do."""
 
 
 class SimulatedJoint(Node):
     """Steps the virtual joint in its own thread by a steady clock; a late tick catches up, so that data stay exact."""
 
     def __init__(self) -> None:
-        super().__init__("simulated_joint", automatically_declare_parameters_from_overrides=False)
-        declare(self, SETTINGS)
-        self.declare_parameter("other_joints", Parameter.Type.STRING_ARRAY)
-        values = current(self, SETTINGS)
-        self._values = values
-        self.model = self._model(values)
-        self.names = [str(values["joint"]), *self._strings("other_joints")]
-        self._interface: Interface = str(values["controller.interface"])  # type: ignore[assignment]
-        drive = replace(
-            drive_for(self.model, effort_limit=float(values["limits.effort"]), interface=self._interface),
-            inertia=0.0,
-            smoothing_hz=float(values["controller.smoothing_hz"]),
-        )
-        instruments = Instruments(
-            2.0 * math.pi / 2.0 ** float(values["noise.motor_bits"]),
-            2.0 * math.pi / 2.0 ** float(values["noise.link_bits"]),
-            float(values["noise.torque"]),
-        )
-        start = float(values["start_position"])
-        rate = float(values["rate_hz"])
+        super().__init__("simulated_joint")
+        self._values, self.model = declared_values(self)
+        self.names, self._commanded = joint_names(self, self._values)
+        v = self._values
         self._joint = VirtualJoint(
-            self.model, rate_hz=rate, drive=drive, instruments=instruments, seed=int(float(values["seed"])), start=start
-        )
-        self._command = start if self._interface == "position" else 0.0
-        if self._interface == "effort":
-            self._command = self._joint.step(0.0).motor_torque
+            self.model, rate_hz=float(v["rate_hz"]), drive=drive_of(self.model, v), instruments=instruments_of(v),
+            seed=int(float(v["seed"])), start=float(v["start_position"]),
+        )  # fmt: skip
+        self._command = self._joint.command
         self._trajectory: TrajectoryCommand | None = None
-        self._states = self.create_publisher(JointState, "joint_states", 1000)
+        self._states = self.create_publisher(JointState, "joint_states", QUEUE)
         self._links = None
-        if values["link_encoder"] and not self.model.rigid:
-            self._links = self.create_publisher(JointState, "link_joint_states", 1000)
+        if v["link_encoder"] and not self.model.rigid:
+            self._links = self.create_publisher(JointState, "link_joint_states", QUEUE)
         self._description = self.create_publisher(String, "/robot_description", LATCHED)
-        self._description.publish(String(data=self._urdf(values)))
-        topic = str(values["controller.topic"])
-        if values["controller.type"] == "forward_command":
-            self.create_subscription(Float64MultiArray, topic, self._on_forward, 100)
-        else:
-            self.create_subscription(JointTrajectory, topic, self._on_trajectory, 100)
-        self._fault = str(values["fault"])
+        self._description.publish(String(data=description_of(self.names, v)))
+        forward = v["controller.type"] == "forward_command"
+        self._take = self._take_forward if forward else self._take_trajectory
+        self._commands = self.create_subscription(
+            Float64MultiArray if forward else JointTrajectory, str(v["controller.topic"]), self._take, 10,
+            callback_group=Polled(),
+        )  # fmt: skip
+        self._fault = str(v["fault"])
+        self.add_on_set_parameters_callback(self._checked)
         self.add_post_set_parameters_callback(self._on_parameters)
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -108,7 +94,7 @@ class SimulatedJoint(Node):
         self._thread.start()
         self.get_logger().info(
             f"{self.names[0]}: a virtual joint at {self._values['rate_hz']:.0f} Hz, commands on "
-            f"{self._values['controller.topic']} ({self._interface})"
+            f"{self._values['controller.topic']} ({self._joint.drive.interface})"
         )
 
     def end(self) -> None:
@@ -117,117 +103,119 @@ class SimulatedJoint(Node):
         if self._thread.is_alive():
             self._thread.join(1.0)
 
-    def _strings(self, name: str) -> list[str]:
-        value = self.get_parameter_or(name, Parameter(name, Parameter.Type.STRING_ARRAY, [])).value
-        return [str(v) for v in value or []]
-
-    def _model(self, values: dict[str, Value]) -> JointModel:
-        """The model of the file or of the parameters. Raises ConfigurationError."""
-        if values["model_file"]:
-            model = read_joint_model(Path(str(values["model_file"])).expanduser())
-            for name, parameters in model.effects.items():
-                check_effect_parameters(name, dict(parameters))
-            return model
-        given: dict[str, float] = {}
-        for key in dict.fromkeys((*FLEXIBLE_KEYS, *RIGID_KEYS)):
-            setting = Setting(key, math.nan, f"model parameter {key} (SI, link side)")
-            value = self._number(setting)
-            if value is not None:
-                given[key] = value
-        effects: dict[str, dict[str, float]] = {}
-        for effect in CATALOGUE.values():
-            for p in effect.parameters:
-                setting = Setting(f"effects.{effect.name}.{p.name}", math.nan, f"{p.meaning}, {p.unit}")
-                value = self._number(setting)
-                if value is not None:
-                    effects.setdefault(effect.name, {})[p.name] = value
-        for name, parameters in effects.items():
-            check_effect_parameters(name, parameters)
-        if "J" in given:
-            return JointModel(given, effects, str(values["joint"]))
-        return JointModel({**COBOT_JOINT.parameters, **given}, effects, str(values["joint"]))
-
-    def _number(self, setting: Setting) -> float | None:
-        """An optional number: None when it is not given."""
-        described = ParameterDescriptor(description=setting.description, dynamic_typing=True)
-        value = self.declare_parameter(setting.key, None, described).value
-        if value is None:
-            return None
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ConfigurationError(f"{setting.key} is {value!r}: expected a number.")
-        return float(value)
+    def _checked(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            for parameter in parameters:
+                if parameter.name == FAULT.key:
+                    FAULT.checked(parameter.value, self.get_name())
+        except ConfigurationError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _on_parameters(self, parameters: list[Parameter]) -> None:
         for parameter in parameters:
-            if parameter.name == "fault" and parameter.value in FAULTS:
+            if parameter.name == FAULT.key:
                 self._fault = str(parameter.value)
 
-    def _on_forward(self, message: Float64MultiArray) -> None:
-        if len(message.data) >= 1 and math.isfinite(message.data[0]):
-            self._trajectory = None
-            self._command = message.data[0]
+    # -- what comes in
 
-    def _on_trajectory(self, message: JointTrajectory) -> None:
-        if self.names[0] in message.joint_names and message.points:
-            self._trajectory = TrajectoryCommand(message, self.names[0], self._joint.time, self._command)
+    def _arrived(self) -> Iterator[Any]:
+        """Commands that arrived since the last call."""
+        with self._commands.handle:
+            while True:
+                taken = self._commands.handle.take_message(self._commands.msg_type, False)
+                if taken is None:
+                    return
+                yield taken[0]
+
+    def _ignored(self, why: str) -> None:
+        self.get_logger().warning(f"command ignored: {why}", throttle_duration_sec=WARN_EVERY_S)
+
+    def _take_forward(self, message: Float64MultiArray) -> None:
+        if len(message.data) != len(self._commanded):
+            self._ignored(f"{len(message.data)} numbers for {len(self._commanded)} joints.")
+            return
+        value = message.data[self._commanded.index(self.names[0])]
+        if not math.isfinite(value):
+            self._ignored(f"{value} is not a finite number.")
+            return
+        self._command = value
+
+    def _take_trajectory(self, message: JointTrajectory) -> None:
+        if self.names[0] not in message.joint_names or not message.points:
+            self._ignored(f"a trajectory of {len(message.points)} points for {', '.join(message.joint_names)}.")
+            return
+        self._trajectory = TrajectoryCommand(message, self.names[0], self._joint.time, self._command)
+
+    # -- what goes out
 
     def _run(self) -> None:
-        rate, speed = float(self._values["rate_hz"]), float(self._values["speed"])
+        try:
+            self._live()
+        except Exception as error:
+            if self._stopping.is_set() or not self.context.ok():
+                return  # the context was shut down between two samples
+            print(f"simulated_joint: stopped ({type(error).__name__}: {error})", file=sys.stderr)
+            self.context.try_shutdown()
+
+    def _live(self) -> None:
+        """Step as many samples as time demands; stamps are the samples' own instants, however late they leave."""
+        pace = float(self._values["rate_hz"]) * float(self._values["speed"])
         begin = time.monotonic()
         origin = self.get_clock().now().nanoseconds
-        frozen: Any = None
+        outgoing = Outgoing(self.names, self._states, self._links)
         done = 0
-        state = JointState(name=self.names)
-        link = JointState(name=self.names[:1])
-        others = len(self.names) - 1
         while not self._stopping.is_set():
-            due = int((time.monotonic() - begin) * rate * speed)
-            if done >= due:
-                time.sleep(max(0.0, begin + (done + 1) / (rate * speed) - time.monotonic()))
+            late = time.monotonic() - begin - (done + 1) / pace
+            if late < 0.0:
+                time.sleep(-late)
                 continue
-            for _ in range(min(due - done, 200)):
-                if self._trajectory is not None:
-                    self._command = self._trajectory.at(self._joint.time)
-                measured = self._joint.step(self._command)
-                stamp = origin + round(measured.time * 1e9)
-                done += 1
-                fault = self._fault
-                if fault == "stop":
-                    continue
-                if fault == "time_jump":
-                    stamp += 5_000_000_000
-                if fault == "freeze":
-                    frozen = frozen or measured
-                    measured = frozen
-                else:
-                    frozen = None
-                position = math.nan if fault == "nan" else measured.motor_position
-                keep = fault != "lose_joint"
-                state.name = self.names if keep else self.names[1:]
-                own = 1 if keep else 0
-                state.header.stamp.sec, state.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
-                state.position = [position] * own + [0.5] * others
-                state.velocity = [measured.motor_velocity] * own + [0.0] * others
-                state.effort = [measured.motor_torque] * own + [0.0] * others
-                try:
-                    self._states.publish(state)
-                    if self._links is not None:
-                        link.header.stamp = state.header.stamp
-                        link.position = [measured.link_position]
-                        self._links.publish(link)
-                except Exception:  # the context was shut down between two samples
-                    return
+            if late > LONGEST_DELAY_S:
+                begin += late
+                origin += round(late * 1e9)
+                self.get_logger().warning(f"the machine stood still for {late:.1f} s, and the joint with it.")
+            for message in self._arrived():
+                self._take(message)
+            if self._trajectory is not None:
+                self._command = self._trajectory.at(self._joint.time)
+            measured = self._joint.step(self._command)
+            outgoing.publish(measured, origin + round(measured.time * 1e9), self._fault)
+            done += 1
 
-    def _urdf(self, values: dict[str, Value]) -> str:
-        joints = []
-        for i, name in enumerate(self.names):
-            joints.append(
-                f'<link name="link_{i + 1}"/><joint name="{name}" type="revolute"><parent link="link_{i}"/>'
-                f'<child link="link_{i + 1}"/><axis xyz="0 0 1"/><limit lower="{values["limits.position_min"]}" '
-                f'upper="{values["limits.position_max"]}" velocity="{values["limits.velocity"]}" '
-                f'effort="{values["limits.effort"]}"/></joint>'
-            )
-        return f'<robot name="virtual"><link name="link_0"/>{"".join(joints)}</robot>'
+
+class Outgoing:
+    """Messages made once and filled for every sample, and the faults that they can have."""
+
+    def __init__(self, names: list[str], states: Any, links: Any) -> None:
+        self._states, self._links = states, links
+        self._whole = _message(names, len(names))
+        self._without = _message(names[1:], len(names) - 1)
+        self._link = _message(names[:1], 1)
+        self._frozen: Measurement | None = None
+
+    def publish(self, measured: Measurement, stamp_ns: int, fault: str) -> None:
+        """Publish one sample as `fault` has it."""
+        if fault == "stop":
+            return
+        self._frozen = (self._frozen or measured) if fault == "freeze" else None
+        shown = self._frozen or measured
+        seconds, rest = divmod(stamp_ns + (JUMP_NS if fault == "time_jump" else 0), 1_000_000_000)
+        message = self._without if fault == "lose_joint" else self._whole
+        message.header.stamp.sec, message.header.stamp.nanosec = seconds, rest
+        if message is self._whole:
+            message.position[0] = math.nan if fault == "nan" else shown.motor_position
+            message.velocity[0] = shown.motor_velocity
+            message.effort[0] = shown.motor_torque
+        self._states.publish(message)
+        if self._links is not None and fault != "lose_joint":
+            self._link.header.stamp = message.header.stamp
+            self._link.position[0] = shown.link_position
+            self._links.publish(self._link)
+
+
+def _message(names: list[str], joints: int) -> JointState:
+    still = array("d", [0.0] * joints)
+    return JointState(name=names, position=array("d", [HELD_AT] * joints), velocity=still, effort=array("d", still))
 
 
 def main(arguments: list[str] | None = None) -> int:

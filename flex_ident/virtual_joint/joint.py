@@ -62,14 +62,14 @@ class VirtualJoint:
         self._cycle = self.period / self._cycles
         self._p, self._gains = plant_values(model), self.drive.gains
         self._state = state_at_rest(self._p, start, start)
-        self._holding = float(self._state[INTEGRAL])
-        self._last_command = {"position": start, "velocity": 0.0, "effort": self._holding}[self.drive.interface]
+        holding = float(self._state[INTEGRAL])
+        self._command = {"position": start, "velocity": 0.0, "effort": holding}[self.drive.interface]
         self._delay = model.value("time_delay.delay") / self._cycle
         self._skew = model.value("encoder_skew.skew") / self._cycle
         behind, ahead = max(self._delay, self._skew, 0.0), max(-self._delay, -self._skew, 0.0)
         self._lag = math.ceil(ahead)
         self._rows = np.zeros((2 * self._cycles + self._lag + math.ceil(behind) + 2, ROW))
-        self._rows[:] = (*self._state[:4], self._holding)
+        self._rows[:] = (*self._state[:4], holding)
         self._where = np.array([self._rows.shape[0] - self._cycles // 2 - self._lag], dtype=np.float64)
         self._rng = np.random.default_rng(seed)
         self._phases = self._rng.random(2)
@@ -79,13 +79,13 @@ class VirtualJoint:
     def _compile(self) -> None:
         """Compile now rather than in the first step, whose time is counted."""
         rows = self._rows.copy()
-        self._advance(self._state.copy(), rows[-self._cycles :], self._last_command, 0.0)
+        self._advance(self._state.copy(), rows[-self._cycles :], self._command, 0.0)
         self._read(rows)
 
     @property
-    def holding_torque(self) -> float:
-        """Torque, N m, that held the joint at its start: what to command a drive of the effort interface first."""
-        return self._holding
+    def command(self) -> float:
+        """What is commanded now: before the first step what holds the joint, a position, no velocity, or an effort."""
+        return self._command
 
     @property
     def time(self) -> float:
@@ -95,11 +95,11 @@ class VirtualJoint:
     def step(self, command: float) -> Measurement:
         """The measurement in the middle of the sample over which `command` holds. Non-finite: the last one."""
         if math.isfinite(command):
-            self._last_command = command
+            self._command = command
         noise = self.instruments
         push = noise.torque_disturbance * float(self._rng.standard_normal()) if noise.torque_disturbance else 0.0
         self._rows[: -self._cycles] = self._rows[self._cycles :]
-        self._advance(self._state, self._rows[-self._cycles :], self._last_command, push)
+        self._advance(self._state, self._rows[-self._cycles :], self._command, push)
         motor, link, torque = self._read(self._rows)
         instant = self.time + 0.5 * self.period - self._lag * self._cycle
         self._samples += 1

@@ -74,8 +74,8 @@ def measured_signals(
     """The signals of one recording; all of a message share its instant. Delay and skew, s, shift torque and link."""
     uniform = motion.time
     n = uniform.size
-    instants = uniform + rng.normal(0.0, 1.0, n) * chain.jitter / motion.sample_rate_hz if chain.jitter else uniform
-    instants = np.maximum.accumulate(np.maximum(instants, 0.0) + np.arange(n) * 1e-9)
+    jitter = rng.normal(0.0, 1.0, n) * chain.jitter / motion.sample_rate_hz
+    instants = np.sort(np.abs(uniform + jitter))
     kept = rng.random(n) >= chain.lost
     kept[0] = True
     read = motion.at(instants, torque_delay=torque_delay, link_skew=link_skew)
