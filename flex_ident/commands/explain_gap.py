@@ -20,7 +20,7 @@ from flex_ident.commands.common import (
 from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS
 
 PROG = "explain_gap"
-SETTINGS = (*(s for s in IDENTIFY_SETTINGS if s.key != "method"), *GAP_SETTINGS)
+SETTINGS = (*(s for s in IDENTIFY_SETTINGS if s.key not in ("method", "cutoff_sweep")), *GAP_SETTINGS)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,6 +12,7 @@ from flex_ident.commands.options import identify_options, signal_selection
 from flex_ident.configuration.settings import Value
 from flex_ident.estimation.identification import identify
 from flex_ident.parameters import Identification
+from flex_ident.parameters.prismatic import prismatic
 from flex_ident.recording import Recording
 from flex_ident.report.result import result_content
 from flex_ident.report.writing import write_identification
@@ -47,6 +48,8 @@ def finished_identification(
     recording = read_recording(bag, selection, progress=lambda x: progress("reading", x))
     read(recording)
     result = identify(recording, options, progress=lambda x: progress("identifying", x))
+    if values["prismatic"]:
+        result = prismatic(result)
     progress("writing", 0.0)
     place = folder(recording.joint)
     paths = {} if place is None else write_identification(result, recording, place, plots=plots)

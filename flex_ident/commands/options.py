@@ -43,4 +43,5 @@ def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
         rigid=bool(values["rigid"]),
         first_mode_hz=float(values["first_mode_hz"]) or None,
         model=given_model(values),
+        cutoff_sweep=bool(values["cutoff_sweep"]),
     )

@@ -82,6 +82,8 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("first_mode_hz", 0.0, "the first natural frequency, if known; otherwise it is found", lower=0.0, upper=1e4,
             metavar="HZ"),
     Setting("model", "", "a model.yaml to start from", metavar="FILE"),
+    Setting("cutoff_sweep", False, "repeat the fit at other cutoffs and plot each estimate against them"),
+    Setting("prismatic", False, "a prismatic joint: N, m, kg"),
     Setting("out", "", "where to write; default ./flex_ident_results/BAGNAME_JOINT", metavar="DIR"),
 )  # fmt: skip
 

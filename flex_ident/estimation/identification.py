@@ -10,6 +10,7 @@ import numpy as np
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import SignalError
+from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.problem import Bools, model_of, values_of
@@ -88,11 +89,17 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
         start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
     if progress is not None:
         progress(0.1)
-    estimate = estimated(
-        problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.85 * x)
-    )
+    estimate = estimated(problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x))
     response = first_mode(recording, hint_hz=options.first_mode_hz).response
-    return identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
+    result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
+    if not options.cutoff_sweep or result.verdict == "rejected":
+        return result
+    sweep = swept_cutoffs(
+        recording, estimate, result.parameters, progress=None if progress is None else lambda x: progress(0.7 + 0.3 * x)
+    )
+    assert result.filter is not None
+    notices = cutoff_notices(sweep, result.parameters, result.filter.cutoff_rad_s)
+    return replace(result, cutoff_sweep=sweep, notices=(*result.notices, *notices))
 
 
 def unit_of(key: str) -> str:

@@ -17,7 +17,8 @@ class IdentifyOptions:
 
     `sensors`: auto, motor, motor+link. `method`: auto (maximum likelihood by simulation), paper (the 2001 paper to
     the letter), weighted (its equations with clean preprocessing and weights). `first_mode_hz`: the locked-motor
-    frequency, if known. `model`: where the fit starts, effects included.
+    frequency, if known. `model`: where the fit starts, effects included. `cutoff_sweep`: repeat the fit at other
+    cutoffs, which shows whether the estimates depend on the filter.
     """
 
     sensors: str = "auto"
@@ -25,6 +26,7 @@ class IdentifyOptions:
     rigid: bool = False
     first_mode_hz: float | None = None
     model: JointModel | None = None
+    cutoff_sweep: bool = False
 
     def __post_init__(self) -> None:
         if self.sensors not in SENSORS:

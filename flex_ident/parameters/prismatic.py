@@ -1,0 +1,23 @@
+"""The same numbers for a joint that slides: N, m and kg instead of N m, rad and kg m^2."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from flex_ident.parameters.identification import Identification
+from flex_ident.parameters.parameter import PRISMATIC_UNITS, Parameter
+
+
+def prismatic(result: Identification) -> Identification:
+    """The result with the units of a prismatic joint; the equations are the same."""
+    return replace(
+        result,
+        parameters=tuple(_in_metres(p) for p in result.parameters),
+        measurement=tuple(_in_metres(p) for p in result.measurement),
+    )
+
+
+def _in_metres(p: Parameter) -> Parameter:
+    if p.key in PRISMATIC_UNITS:
+        return replace(p, unit=PRISMATIC_UNITS[p.key])
+    return replace(p, unit=p.unit.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg"))
