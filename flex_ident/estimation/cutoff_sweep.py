@@ -30,7 +30,7 @@ def swept_cutoffs(
     """The fit repeated at other cutoffs, from its optimum. Cutoffs at which too little is left are skipped."""
     used = estimate.problem
     keys = [p.key for p in parameters if p.key in SHOWN and p.identifiable]
-    rows = [(used.cutoff_hz, {p.key: (p.value, p.std) for p in parameters if p.key in keys})]
+    rows = [(used.cutoff_hz, {k: (estimate.fit.values[k], estimate.uncertainty.std(k)) for k in keys})]
     for i, factor in enumerate(FACTORS):
         if factor > 1.0 and factor * used.cutoff_hz > 0.45 * recording.sample_rate_hz:
             continue

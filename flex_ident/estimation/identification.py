@@ -13,7 +13,7 @@ from flex_ident.errors import SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.estimation.problem import Bools, model_of, values_of
+from flex_ident.estimation.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.estimation.verdict import SIGNALS, Evidence, identifiability_notices, is_identifiable, judged
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
@@ -80,13 +80,13 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
             first_mode_hz=options.first_mode_hz,
         )
     problem = fit_problem(recording, sensors=sensors, first_mode_hz=options.first_mode_hz)
+    keys: tuple[str, ...] = FLEXIBLE_KEYS
+    start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
     if options.model is not None:
-        start: Mapping[str, float] = values_of(options.model)
-        keys = (*FLEXIBLE_KEYS, *(k for k in start if "." in k))
-        start = {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **start}
-    else:
-        keys = FLEXIBLE_KEYS
-        start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
+        given = values_of(options.model)
+        effects = {k: v for k, v in given.items() if "." in k}
+        keys = (*keys, *effects)
+        start = _better_start(problem, {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **given}, {**start, **effects})
     if progress is not None:
         progress(0.1)
     estimate = estimated(problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x))
@@ -100,6 +100,16 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
     assert result.filter is not None
     notices = cutoff_notices(sweep, result.parameters, result.filter.cutoff_rad_s)
     return replace(result, cutoff_sweep=sweep, notices=(*result.notices, *notices))
+
+
+def _better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:
+    """The start that leaves least of the torque: a guess far off must not cost the result."""
+
+    def left(values: dict[str, float]) -> float:
+        residual = problem.residuals(values)[0][problem.usable]
+        return float(residual @ residual) if np.isfinite(residual).all() else math.inf
+
+    return min(starts, key=left)
 
 
 def unit_of(key: str) -> str:

@@ -34,6 +34,10 @@ COMPARISON_MARGIN = 1.2
 DRIVE_MARGIN = 3.0
 """Cutoff of the low-pass on the recorded motor position over the excited band."""
 MAX_SUBSTEPS = 8
+SETTLING_S = 1.5
+"""Time after a gap in which the simulated link is not compared, s."""
+MOST_SETTLING = 0.4
+"""Share of a recording that may be lost to that."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,14 @@ def is_force(key: str) -> bool:
     else:
         unit = UNITS.get(key, "")
     return unit.startswith(("N", "kg"))
+
+
+def _held_after(marks: Bools, count: int) -> Bools:
+    """`marks` (n,), and the `count` samples after each."""
+    total = np.cumsum(np.concatenate(([0], marks)))
+    before = np.maximum(np.arange(marks.size) - count, 0)
+    held: Bools = total[1:] > total[before]
+    return held
 
 
 class FitProblem:
@@ -168,7 +180,10 @@ class FitProblem:
         assert recording.measured is not None
         if not recording.measured.all():
             margin = max(1, int(rate / self.cutoff_hz))
-            bad |= ndimage.binary_dilation(~recording.measured, iterations=margin)
+            missing = ndimage.binary_dilation(~recording.measured, iterations=margin)
+            # Over a gap the simulated link was driven by a guess: it takes a while to forget that.
+            settling = _held_after(missing, 0 if self.rigid else round(SETTLING_S * rate))
+            bad |= settling if float(np.mean(settling)) < MOST_SETTLING else missing
         window = max(3, int(0.1 * rate))
         moving = ndimage.uniform_filter1d((np.abs(self.motion.velocity) > self.resolution).astype(float), window)
         bad |= moving < 0.5
