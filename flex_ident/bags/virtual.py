@@ -14,7 +14,7 @@ from flex_ident.virtual_joint.run import virtual_signals
 
 def write_virtual_bag(
     path: Path, model: JointModel, experiment: Experiment | None = None, chain: MeasurementChain | None = None, *,
-    seed: int = 0, storage: str = "mcap", link: bool = True,
+    seed: int = 0, storage: str = "mcap", compression: str = "", link: bool = True,
 ) -> None:  # fmt: skip
     """Write `/joint_states` (a held joint beside the one that moves), and `/link_joint_states` with a link encoder."""
     signals = {s.role: s for s in virtual_signals(model, experiment, chain, seed=seed, link=link)}
@@ -31,5 +31,5 @@ def write_virtual_bag(
     write_joint_states(
         path, motor.time, ["held_joint", joint], np.column_stack((held, motor.values)),
         np.column_stack((np.zeros_like(held), rate)), np.column_stack((np.zeros_like(held), torque.values)),
-        storage=storage, more=more,
+        storage=storage, compression=compression, more=more,
     )  # fmt: skip

@@ -29,10 +29,10 @@ DAMP, RIP, RIP_C, RIP_P = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.RIPPLE_CYC
 GE, GE_C, GE_P = int(P.GEAR_ERROR), int(P.GEAR_CYCLES), int(P.GEAR_PHASE)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 
-STATE = 13
+STATE = 14
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
-command and its rate; time; the command before."""
-INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE = 8, 9, 10, 11, 12
+command and its rate; time; the command before and the one before that."""
+INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER = 8, 9, 10, 11, 12, 13
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
@@ -166,12 +166,15 @@ def sampled(
 ) -> None:  # fmt: skip
     """One sample of the joint: as many cycles of the drive, `cycle` s each, as `rows` (cycles, ROW), filled here.
 
-    A position command is reached in equal steps from the one before, as drives interpolate between set points.
+    Between position commands the drive goes along a quadratic spline: steps would ring in the torque at their rate.
     """
     cycles = rows.shape[0]
-    before = state[BEFORE] if kind == POSITION else command
+    before, earlier = state[BEFORE], state[EARLIER]
     for i in range(cycles):
-        asked = before + (command - before) * (i + 1.0) / cycles
+        asked = command
+        if kind == POSITION:
+            s = (i + 1.0) / cycles
+            asked = before + 0.5 * ((1.0 - s) ** 2 * (earlier - before) + s * s * (command - before))
         torque = drive_torque(gains, kind, state, asked, cycle)
         rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4] = state[0], state[1], state[2], state[3], torque
         delivered = torque
@@ -181,7 +184,7 @@ def sampled(
         for _ in range(substeps):
             stepped(p, state, delivered + disturbance, cycle / substeps, warm)
         state[TIME] += cycle
-    state[BEFORE] = command
+    state[BEFORE], state[EARLIER] = command, before
 
 
 @compiled
@@ -223,5 +226,5 @@ def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
     state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT]
     if p[RIP] != 0.0:
         state[INTEGRAL] += p[RIP] * math.sin(p[RIP_C] * motor + p[RIP_P])
-    state[SMOOTH], state[BEFORE] = motor, command
+    state[SMOOTH], state[BEFORE], state[EARLIER] = motor, command, command
     return state

@@ -9,7 +9,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float64MultiArray, String  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: E402
 
+from flex_ident.nodes.simulated_joint import main  # noqa: E402
 from flex_ident.virtual_joint import COBOT_JOINT, SERIES_ELASTIC_JOINT  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -126,12 +126,6 @@ def start(watcher: Watcher, tmp_path: Path) -> Iterator[Callable[..., subprocess
 
 def stamps(states: list[JointState]) -> np.ndarray:
     return np.array([s.header.stamp.sec + 1e-9 * s.header.stamp.nanosec for s in states])
-
-
-def refused(*arguments: str) -> SimpleNamespace:
-    """Exit status and standard error of a start that must fail."""
-    done = subprocess.run([*COMMAND, *arguments], env=environment(), capture_output=True, text=True, timeout=60)
-    return SimpleNamespace(status=done.returncode, text=done.stderr)
 
 
 def test_states_at_1_khz_commands_and_the_description(watcher: Watcher, start: Any) -> None:
@@ -247,15 +241,23 @@ def test_faults(watcher: Watcher, start: Any) -> None:
         (["-p", "joint:=a", "-p", "other_joints:=[a]"], "must be names that differ"),
         (["-p", "controller.joints:=[b]"], "does not hold the joint 'joint_1'"),
         (["-p", "limits.position_min:=4.0"], "is not below limits.position_max"),
-        (["-p", "controller.type:=joint_trajectory", "-p", "controller.interface:=effort"], "takes controller.interface"),
-        (["--params-file", "/nowhere.yaml"], "nowhere.yaml"),
+        (["-p", "controller.type:=joint_trajectory", "-p", "controller.interface:=effort"], "interface position"),
     ],
 )  # fmt: skip
-def test_bad_parameters_are_one_line_and_status_2(arguments: list[str], message: str) -> None:
-    done = refused(*arguments)
-    assert done.status == 2
-    assert message in done.text
-    assert len(done.text.strip().splitlines()) == 1, done.text
+def test_bad_parameters_are_refused_by_name(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", DOMAIN)
+    assert main(["--ros-args", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert len(said.strip().splitlines()) == 1
+
+
+def test_a_refusal_is_one_line_and_status_2_of_the_process() -> None:
+    done = subprocess.run([*COMMAND, "-p", "Kk:=3.0"], env=environment(), capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr == "simulated_joint: unknown parameter 'Kk': did you mean K?\n"
 
 
 def test_the_shipped_configuration_starts_the_default_joint(watcher: Watcher) -> None:
