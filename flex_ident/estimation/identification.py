@@ -34,7 +34,7 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-SYSTEMATIC = {"Jm": 1e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}
+SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}
 SYSTEMATIC_FRICTION = 5e-3
 """Relative standard deviation of what the method itself gets wrong (reversals rounded by the filter, the drive's torque
 within a sample), found on plants that are not its model (docs/benchmarks.md); joined to every statistical one."""
