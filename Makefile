@@ -10,7 +10,7 @@ CONSTRAINTS ?=
 
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 
-.PHONY: demo test lint clean
+.PHONY: demo test test-core lint clean
 .DEFAULT_GOAL := test
 
 $(VENV)/.ready: setup.py
@@ -22,8 +22,13 @@ $(VENV)/.ready: setup.py
 demo: $(VENV)/.ready
 	$(BIN)/flex_ident demo
 
+# The nodes' tests run one after the other: they want the machine for themselves.
 test: $(VENV)/.ready
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n 2 -m "not ros" $(ARGS)
+	$(BIN)/python -m pytest -m ros $(ARGS)
+
+test-core: $(VENV)/.ready
+	$(BIN)/python -m pytest -n 2 -m "not ros and not slow" $(ARGS)
 
 lint: $(VENV)/.ready
 	$(BIN)/pip install -q --disable-pip-version-check ruff mypy types-PyYAML
