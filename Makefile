@@ -24,11 +24,11 @@ demo: $(VENV)/.ready
 
 # The nodes' tests run one after the other: they want the machine for themselves.
 test: $(VENV)/.ready
-	$(BIN)/python -m pytest -n 2 -m "not ros" $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros" $(ARGS)
 	$(BIN)/python -m pytest -m ros $(ARGS)
 
 test-core: $(VENV)/.ready
-	$(BIN)/python -m pytest -n 2 -m "not ros and not slow" $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not slow" $(ARGS)
 
 lint: $(VENV)/.ready
 	$(BIN)/pip install -q --disable-pip-version-check ruff mypy types-PyYAML
