@@ -19,7 +19,7 @@ from flex_ident.gap.options import GapOptions
 from flex_ident.recording import Floats
 
 FOLDS = 5
-BLOCK_S = 1.0
+BLOCK_S = 0.25
 
 
 class GapFit(SimulationFit):
