@@ -1,30 +1,47 @@
-"""Exciter and identifier beside a robot that runs already.
+"""Exciter and identifier beside a robot that runs already; nothing moves before a call of /chirp_exciter/start.
 
-ros2 launch flex_ident robot.launch.py joint:=elbow_joint config:=/path/to/ur.yaml
+ros2 launch flex_ident robot.launch.py joint:=elbow_joint config:=ur
+ros2 service call /chirp_exciter/start std_srvs/srv/Trigger
 """
 
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
 
 
-def generate_launch_description():
-    """Two nodes; nothing moves before a call of /chirp_exciter/start."""
-    config = PathJoinSubstitution([FindPackageShare("flex_ident"), "config"])
-    return LaunchDescription([
-        DeclareLaunchArgument("joint", description="the joint that shall move"),
-        DeclareLaunchArgument(
-            "config", default_value=PathJoinSubstitution([config, "ros2_control.yaml"]),
-            description="parameters of the exciter: one of config/*.yaml, or your own",
-        ),
+def _nodes(context):
+    joint, config, recordings = (context.launch_configurations[k] for k in ("joint", "config", "recordings"))
+    shipped = Path(get_package_share_directory("flex_ident")) / "config"
+    exciter = Path(config).expanduser() if config.endswith(".yaml") else shipped / f"{config}.yaml"
+    if not exciter.is_file():
+        known = ", ".join(sorted(p.stem for p in shipped.glob("*.yaml")))
+        raise RuntimeError(f"config {config}: no such file; one of {known}, or the path of your own .yaml.")
+    return [
         Node(
             package="flex_ident", executable="chirp_exciter", output="screen",
-            parameters=[LaunchConfiguration("config"), {"joint": LaunchConfiguration("joint"), "auto_start": False}],
+            parameters=[str(exciter), {"joint": joint, "auto_start": False, "exit_when_done": False,
+                                       "recording.directory": recordings}],
         ),
         Node(
             package="flex_ident", executable="identifier", output="screen",
-            parameters=[PathJoinSubstitution([config, "identifier.yaml"]), {"joint": LaunchConfiguration("joint")}],
+            parameters=[str(shipped / "identifier.yaml"), {"joint": joint, "bag_directories": [recordings]}],
         ),
+    ]  # fmt: skip
+
+
+def generate_launch_description():
+    """The arguments, and the two nodes."""
+    return LaunchDescription([
+        DeclareLaunchArgument("joint", description="the joint that shall move"),
+        DeclareLaunchArgument(
+            "config", default_value="ros2_control",
+            description="parameters of the exciter: ur, franka, ros2_control, or the path of your own .yaml",
+        ),
+        DeclareLaunchArgument(
+            "recordings", default_value="flex_ident_recordings", description="where bags are written and read"
+        ),
+        OpaqueFunction(function=_nodes),
     ])  # fmt: skip

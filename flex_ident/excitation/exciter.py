@@ -7,16 +7,18 @@ the commanded position and speed stay inside the limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.excitation.chirp import Reference
+from flex_ident.excitation.commands import INTERFACES, CommandLaw, Gains, Interface
+from flex_ident.excitation.following import Following
+from flex_ident.excitation.joint_states import JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, Travel, braking, travel
 
 State = Literal["idle", "moving_to_start", "exciting", "ramping_down", "done", "aborted"]
-INTERFACES = ("position", "velocity", "effort")
 MOVING: tuple[State, ...] = ("moving_to_start", "exciting", "ramping_down")
 TICKS_PER_PERIOD = 10.0
 """Commands that the highest frequency of the sweep needs in a period."""
@@ -26,27 +28,36 @@ STILL = 0.05
 """Speed, rad/s, above which a joint is not at rest."""
 EFFORT_MARGIN = 1.05
 """A drive that works at its limit reads a little more than that, for noise; more is a fault."""
+LATE_TICKS = 2.0
+"""However late a tick comes, the reference moves on by no more than the speed limit allows in this many periods."""
+YIELD = 2.0
+"""The reference yields to a joint that is held off it by up to this many tracking errors."""
 RELEASE_S = 0.5
 """Time in which an effort command returns to what held the joint before."""
 
 
 @dataclass(frozen=True)
 class ExciterSettings:
-    """How to excite: `start_position` None starts where the joint is; gains are used by `velocity` and `effort`.
+    """How to excite: `start_position`, rad, None: where the joint is; `approach_velocity`, rad/s, on the way there.
 
-    `approach_velocity`, rad/s, on the way to the start pose; `inertia`, kg m^2, when known, lets the effort be checked
-    before anything moves. Raises ConfigurationError.
+    `inertia`, kg m^2, when known, lets the effort be checked before anything moves. `carry_effort`: what the drive
+    exerts at rest goes on under effort commands; false for robots that bear gravity on their own. Raises
+    ConfigurationError.
     """
 
     joint: str
-    interface: str = "position"
+    interface: Interface = "position"
     rate_hz: float = 500.0
     start_position: float | None = None
     state_timeout_s: float = 0.1
     approach_velocity: float = 0.2
-    position_gain: float = 5.0
-    velocity_gain: float = 0.0
+    gains: Gains = field(default_factory=Gains)
     inertia: float = 0.0
+    carry_effort: bool = True
+    held: tuple[str, ...] = ()
+    """Names of the other joints that are commanded, in the order of `JointSample.others`."""
+    held_effort: tuple[float, ...] = ()
+    """Their effort limits, N m."""
 
     def __post_init__(self) -> None:
         if not self.joint:
@@ -58,307 +69,300 @@ class ExciterSettings:
         for name in ("rate_hz", "state_timeout_s", "approach_velocity"):
             if not getattr(self, name) > 0.0:
                 raise ConfigurationError(f"{name} is {getattr(self, name)}: it must be positive.")
-
-
-@dataclass(frozen=True)
-class JointSample:
-    """One joint state as received at `received` s of the steady clock; `stamp` s of the robot's; NaN where missing.
-
-    `others` are the positions of the joints that hold. `position` None: the message does not hold the joint.
-    """
-
-    received: float
-    stamp: float
-    position: float | None
-    velocity: float = math.nan
-    effort: float = math.nan
-    others: tuple[float, ...] = ()
+        if self.start_position is not None and not math.isfinite(self.start_position):
+            raise ConfigurationError(f"start_position is {self.start_position}: expected a number.")
 
 
 @dataclass(frozen=True)
 class Output:
-    """What to do now: `command` in the interface's unit, None: command nothing. Reference in rad and rad/s."""
+    """What to do now: `command` and those of the `others` in the interface's unit, None: command nothing.
+
+    `position`, rad, and `velocity`, rad/s, are the reference's; `progress` of the chirp is 0 to 1.
+    """
 
     state: State
     command: float | None
+    others: tuple[float, ...]
     position: float
     velocity: float
-    others: tuple[float, ...]
     progress: float
     reason: str
 
 
 class Exciter:
-    """The state machine. `step(now)` is called at each tick, everything else whenever it happens."""
+    """The state machine. `step(now)` is called at each tick, everything else whenever it happens; not thread-safe."""
 
     def __init__(self, settings: ExciterSettings, reference: Reference, limits: Limits) -> None:
-        self.settings = settings
-        self.reference = reference
-        self.limits = limits
         self.state: State = "idle"
         self.reason = ""
-        self._sample: JointSample | None = None
-        self._missing = False
-        self._jump = 0.0
-        self._others: tuple[float, ...] = ()
-        self._center = 0.0
+        self.settings, self.reference, self.limits = settings, reference, limits
+        self._watch = JointStateWatch(settings.joint, settings.state_timeout_s)
+        self._last, self._last_at = (0.0, 0.0), 0.0
         self._began = 0.0
-        self._last = (0.0, 0.0)
-        self._last_command: float | None = None
-        self._travel: Travel | None = None
-        self._braking: Braking | None = None
+        self._progress = 0.0
+        self._yielding = False
+        self._yield_travel: Travel | None = None
+        self._following = Following(math.inf)
         self._after: State = "done"
-        self._hold_effort = 0.0
-        self._brake_command = 0.0
+
+    def configure(self, settings: ExciterSettings, reference: Reference, limits: Limits) -> None:
+        """Take other settings, chirp and limits. Raises ConfigurationError while the joint moves."""
+        if self.state in MOVING:
+            raise ConfigurationError(f"'{self.settings.joint}' is {self.state.replace('_', ' ')}: call ~/stop first.")
+        self.settings, self.reference, self.limits = settings, reference, limits
+        self._watch.timeout_s = settings.state_timeout_s
 
     def observe(self, sample: JointSample) -> None:
-        """Take a joint state. Messages without the joint are noted, and time that jumps."""
-        if sample.position is None:
-            self._missing = True
-            return
-        self._missing = False
-        if self._sample is not None:
-            passed = sample.stamp - self._sample.stamp
-            if passed < 0.0 or passed > sample.received - self._sample.received + self.settings.state_timeout_s:
-                self._jump = passed
-        self._sample = sample
+        """Take a joint state."""
+        self._watch.observe(sample)
+
+    # -- before it moves
 
     def objection(self, now: float) -> str:
         """Why the joint must not move now: the number and the fix in one line; empty when it may."""
         s, limits = self.settings, self.limits
         if self.state in MOVING:
             return f"already {self.state.replace('_', ' ')}: call ~/stop first."
-        sample = self._sample
-        if sample is None or sample.position is None:
-            if self._missing:
-                return f"joint '{s.joint}' is not in the joint states: check the name."
-            return "no joint states arrive: check the topic and that the robot's driver runs."
-        if self._missing:
-            return f"joint '{s.joint}' has vanished from the joint states."
-        age = now - sample.received
-        if age > s.state_timeout_s:
-            return (
-                f"the latest joint state is {age:.2f} s old, {s.state_timeout_s:.2f} s allowed: is the driver running?"
-            )
-        if not math.isfinite(sample.position):
-            return f"the position of '{s.joint}' is {sample.position}: the driver publishes no number."
+        why = self._watch.absence(now)
+        sample = self._watch.trusted(now)
+        if why or sample is None or sample.position is None:
+            return why
+        for name, position in zip(s.held, sample.others, strict=False):
+            if not math.isfinite(position):
+                return f"joint '{name}' of command.joints has no position in the joint states: check its name."
         if math.isfinite(sample.velocity) and abs(sample.velocity) > STILL:
             return f"'{s.joint}' moves at {sample.velocity:.2g} rad/s: let it come to rest."
-        center = sample.position if s.start_position is None else s.start_position
         if not limits.position_min <= sample.position <= limits.position_max:
             return (
                 f"'{s.joint}' stands at {sample.position:.4g} rad, outside {limits.position_min:.4g} to "
                 f"{limits.position_max:.4g} rad: move it inside."
             )
-        return self._chirp_objection(center)
+        if abs(sample.effort) > limits.effort:
+            return (
+                f"'{s.joint}' exerts {abs(sample.effort):.3g} N m at rest, allowed are {limits.effort:.3g} N m: raise "
+                "limits.effort, or move it where gravity pulls less."
+            )
+        return self._chirp_objection(sample.position if s.start_position is None else s.start_position)
 
     def _chirp_objection(self, center: float) -> str:
-        s, limits = self.settings, self.limits
-        low, high, speed, acceleration = self.reference.bounds()
-        if center + low < limits.position_min or center + high > limits.position_max:
+        s, limits, bounds = self.settings, self.limits, self.reference.bounds
+        low, high = center + bounds.low, center + bounds.high
+        if not limits.position_min <= center <= limits.position_max:
             return (
-                f"the chirp reaches {center + low:.4g} to {center + high:.4g} rad, allowed are "
-                f"{limits.position_min:.4g} to {limits.position_max:.4g} rad: reduce chirp.amplitude, or change "
+                f"start_position {center:.4g} rad cannot be reached, allowed are {limits.position_min:.4g} to "
+                f"{limits.position_max:.4g} rad: change start_position."
+            )
+        if low < limits.position_min or high > limits.position_max:
+            room = min(
+                (center - limits.position_min) / max(-bounds.low, 1e-12),
+                (limits.position_max - center) / max(bounds.high, 1e-12),
+            )
+            return (
+                f"the chirp reaches {low:.4g} to {high:.4g} rad, allowed are {limits.position_min:.4g} to "
+                f"{limits.position_max:.4g} rad: reduce chirp.amplitude to {100 * room:.0f} % of what it is, or change "
                 "start_position."
             )
-        if speed > limits.velocity:
+        if bounds.speed > limits.velocity:
             return (
-                f"the chirp reaches {speed:.3g} rad/s, allowed are {limits.velocity:.3g} rad/s: reduce "
-                "chirp.amplitude, or use chirp.profile constant_velocity or constant_acceleration."
+                f"the chirp reaches {bounds.speed:.3g} rad/s, allowed are {limits.velocity:.3g} rad/s: reduce "
+                f"chirp.amplitude to {100 * limits.velocity / bounds.speed:.0f} % of what it is, or use chirp.profile "
+                "constant_velocity or constant_acceleration."
             )
-        if s.inertia > 0.0 and s.inertia * acceleration > limits.effort:
+        needed = s.inertia * bounds.acceleration
+        if needed > limits.effort:
             return (
-                f"the chirp needs about {s.inertia * acceleration:.3g} N m, allowed are {limits.effort:.3g} N m: "
-                "reduce chirp.amplitude, or use chirp.profile constant_acceleration."
+                f"the chirp needs about {needed:.3g} N m, allowed are {limits.effort:.3g} N m: reduce chirp.amplitude "
+                f"to {100 * limits.effort / needed:.0f} % of what it is, or use chirp.profile constant_acceleration."
             )
         highest = s.rate_hz / TICKS_PER_PERIOD
         if self.reference.highest_hz > highest:
             return (
-                f"the sweep ends at {self.reference.highest_hz:.3g} Hz, commands at {s.rate_hz:.4g} Hz carry up to "
-                f"{highest:.3g} Hz: lower chirp.end_frequency_hz or raise rate_hz."
+                f"the chirp sweeps to {self.reference.highest_hz:g} Hz, commands at {s.rate_hz:g} Hz carry up to "
+                f"{highest:g} Hz: raise rate_hz to {TICKS_PER_PERIOD * self.reference.highest_hz:g}, or reduce "
+                "chirp.end_frequency_hz."
             )
         return ""
 
     def start(self, now: float) -> str:
         """Begin to move to the start pose; the objection when that must not be, else empty."""
         why = self.objection(now)
-        if why:
+        sample = self._watch.trusted(now)
+        if why or sample is None or sample.position is None:
             return why
-        sample = self._sample
-        assert sample is not None
-        assert sample.position is not None
         s = self.settings
+        try:
+            self._law = CommandLaw(
+                s.interface, s.gains, self.limits, sample, carry=s.carry_effort, others_effort=s.held_effort
+            )
+        except ConfigurationError as error:
+            return str(error)
         self._center = sample.position if s.start_position is None else s.start_position
-        self._others = sample.others
-        self._hold_effort = sample.effort if math.isfinite(sample.effort) else 0.0
         self._travel = travel(now, sample.position, self._center, min(s.approach_velocity, 0.5 * self.limits.velocity))
-        self._last = (sample.position, 0.0)
-        self._jump = 0.0
+        self._last, self._last_at = (sample.position, 0.0), now
+        self._command = self._law.following(*self._last, sample)
+        self._progress = 0.0
+        self._watch.begin(now)
         self.state, self.reason = "moving_to_start", ""
         return ""
 
-    def stop(self, now: float, why: str, *, abort: bool = True) -> str:
-        """Ramp the joint down; the objection when nothing moves, else empty."""
+    # -- while it moves
+
+    def stop(self, why: str) -> str:
+        """Ramp the joint down, for the reason given; the objection when nothing moves, else empty."""
         if self.state not in MOVING:
             return f"nothing to stop: {self.state}."
-        if self.state == "ramping_down":
-            return ""
-        self._ramp_down(now, why, "aborted" if abort else "done")
+        if self.state != "ramping_down":
+            self._ramp_down(why, "aborted")
         return ""
-
-    def _ramp_down(self, now: float, why: str, after: State) -> None:
-        position, velocity = self._last
-        self._braking = braking(now, position, velocity, self.limits)
-        self._brake_command = self._last_command if self._last_command is not None else 0.0
-        self.state, self.reason, self._after = "ramping_down", why, after
 
     def step(self, now: float) -> Output:
         """What to command at this tick."""
-        if self.state in ("moving_to_start", "exciting"):
-            why = self._fault(now)
-            if why:
-                self._ramp_down(now, why, "aborted")
+        if self.state not in MOVING:
+            return self._output(now)
+        if self.state != "ramping_down":
+            self._check(now)
         position, velocity = self._motion(now)
-        inside = self.limits.held(position)
-        limit = self.limits.velocity
+        inside, limit = self.limits.held(position), self.limits.velocity
         if inside != position or abs(velocity) > limit:
-            if self.state in ("moving_to_start", "exciting"):
-                self._ramp_down(now, f"the reference leaves its bounds at {position:.4g} rad", "aborted")
+            if self.state != "ramping_down":
+                self._ramp_down(f"the reference leaves its bounds at {position:.4g} rad", "aborted")
             position, velocity = inside, min(max(velocity, -limit), limit)
-        self._last = (position, velocity)
-        return Output(
-            self.state, self._command(now, position, velocity), position, velocity, self._others, self._progress(now),
-            self.reason,
-        )  # fmt: skip
+        self._last, self._last_at = self._reachable(now, position, velocity), now
+        return self._output(now)
+
+    def _reachable(self, now: float, position: float, velocity: float) -> tuple[float, float]:
+        """The reference, or after a tick that came late the nearest to it that the speed limit allows.
+
+        A drive sees the commands alone: what was missed meanwhile is caught up with in steps, not in one.
+        """
+        last, limit = self._last[0], self.limits.velocity
+        reach = limit * min(now - self._last_at, LATE_TICKS / self.settings.rate_hz)
+        if abs(position - last) <= reach:
+            return position, velocity
+        return last + math.copysign(reach, position - last), math.copysign(limit, position - last)
+
+    def _check(self, now: float) -> None:
+        """Ramp down when anything about the robot is wrong."""
+        position = self._last[0]
+        why = self._watch.fault(now, position, exciting=self.state == "exciting")
+        if why:
+            self._ramp_down(why, "aborted")
+            return
+        sample, limits = self._watch.trusted(now), self.limits
+        if sample is None or sample.position is None:
+            return
+        error = abs(sample.position - position)
+        if not limits.position_min <= sample.position <= limits.position_max:
+            bounds = f"{limits.position_min:.4g} to {limits.position_max:.4g} rad"
+            self._ramp_down(f"the position, {sample.position:.4g} rad, has left {bounds}", "aborted")
+        elif abs(sample.velocity) > limits.velocity:
+            speed = abs(sample.velocity)
+            self._ramp_down(f"the speed, {speed:.3g} rad/s, exceeds {limits.velocity:.3g} rad/s", "aborted")
+        elif abs(sample.effort) > EFFORT_MARGIN * limits.effort:
+            effort = abs(sample.effort)
+            self._ramp_down(f"the effort, {effort:.3g} N m, exceeds {limits.effort:.3g} N m", "aborted", yielding=True)
+        elif error > limits.tracking_error:
+            why = f"the tracking error, {error:.3g} rad, exceeds {limits.tracking_error:.3g} rad"
+            self._ramp_down(why, "aborted", yielding=True)
+        elif self.state == "exciting":
+            why = self._following.fault(position, sample.position)
+            if why:
+                self._ramp_down(why, "aborted")
+
+    def _ramp_down(self, why: str, after: State, *, yielding: bool = False) -> None:
+        """Brake from here; `yielding`: something may be in the way that must not be pushed against for long."""
+        self._braking: Braking = braking(self._last_at, *self._last, self.limits)
+        self._braked_command = self._command
+        self._yielding, self._yield_travel = yielding, None
+        self.state, self.reason, self._after = "ramping_down", why, after
 
     def _motion(self, now: float) -> tuple[float, float]:
         """Position and velocity of the reference now; moves on to the next state when its time has come."""
         if self.state == "moving_to_start":
-            assert self._travel is not None
             if now < self._travel.end:
                 return self._travel.at(now)
-            if self._arrived():
+            here = self._arrival(now)
+            if here is None:
                 self.state, self._began = "exciting", now
+                self._watch.begin(now)
+                self._following = Following(self.reference.bounds.high - self.reference.bounds.low)
             elif now > self._travel.end + SETTLING_S:
-                here = self._sample.position if self._sample is not None else math.nan
-                self._ramp_down(now, f"the start position {self._center:.4g} rad was not reached: at {here:.4g} rad",
-                                "aborted")  # fmt: skip
+                goal = f"the start position {self._center:.4g} rad"
+                why = f"{goal} was not reached: at {here:.4g} rad after {SETTLING_S:g} s"
+                self._ramp_down(why, "aborted", yielding=True)
             return self._center, 0.0
         if self.state == "exciting":
             t = now - self._began
+            self._progress = min(1.0, t / self.reference.total_s)
             if t < self.reference.total_s:
-                deviation, velocity = self.reference.at(t)
+                deviation, velocity, _ = self.reference.at(t)
                 return self._center + deviation, velocity
-            self._ramp_down(now, "", "done")
-        if self.state == "ramping_down":
-            assert self._braking is not None
-            if now >= self._braking.end + (RELEASE_S if self.settings.interface == "effort" else 0.0):
-                self.state = self._after
-            return self._braking.at(now)
-        return self._last[0], 0.0
+            self._ramp_down("", "done")
+        return self._braked(now)
 
-    def _arrived(self) -> bool:
-        sample = self._sample
+    def _arrival(self, now: float) -> float | None:
+        """Where the joint is, rad, when that is not the start position at rest; None when it is there."""
+        sample = self._watch.trusted(now)
         if sample is None or sample.position is None:
-            return False
+            return math.nan
         allowed = min(0.02, 0.5 * self.limits.tracking_error)
         moving = math.isfinite(sample.velocity) and abs(sample.velocity) > STILL
-        return abs(sample.position - self._center) <= allowed and not moving
+        return sample.position if moving or abs(sample.position - self._center) > allowed else None
 
-    def _fault(self, now: float) -> str:
-        """What is wrong with the robot at this moment, in one line; empty when nothing is."""
-        s, limits, sample = self.settings, self.limits, self._sample
-        assert sample is not None
-        if self._missing:
-            return f"joint '{s.joint}' has vanished from the joint states"
-        if now - sample.received > s.state_timeout_s:
-            return f"no joint state for {now - sample.received:.3f} s, {s.state_timeout_s:.3f} s allowed"
-        if self._jump:
-            jump, self._jump = self._jump, 0.0
-            return f"the joint states' time jumps by {jump:+.3f} s"
-        if sample.position is None or not math.isfinite(sample.position):
-            return f"the position of '{s.joint}' is {sample.position}"
-        if not limits.position_min <= sample.position <= limits.position_max:
-            bounds = f"{limits.position_min:.4g} to {limits.position_max:.4g} rad"
-            return f"the position, {sample.position:.4g} rad, has left {bounds}"
-        if abs(sample.velocity) > limits.velocity:
-            return f"the speed, {abs(sample.velocity):.3g} rad/s, exceeds {limits.velocity:.3g} rad/s"
-        if abs(sample.effort) > EFFORT_MARGIN * limits.effort:
-            return f"the effort, {abs(sample.effort):.3g} N m, exceeds {limits.effort:.3g} N m"
-        error = abs(sample.position - self._last[0])
-        if error > limits.tracking_error:
-            return f"the tracking error, {error:.3g} rad, exceeds {limits.tracking_error:.3g} rad"
-        return ""
+    def _braked(self, now: float) -> tuple[float, float]:
+        """The reference while ramping down: to a standstill, then to where the joint is if something is in the way."""
+        end = self._braking.end
+        motion = self._braking.at(now)
+        if self._yielding and self.settings.interface == "position" and now >= end:
+            if self._yield_travel is None:
+                speed = min(self.settings.approach_velocity, 0.5 * self.limits.velocity)
+                self._yield_travel = travel(now, motion[0], self._yielded(now, motion[0]), speed)
+            end, motion = self._yield_travel.end, self._yield_travel.at(now)
+        if self.settings.interface == "effort":
+            end += RELEASE_S
+        if now >= end:
+            self.state = self._after
+        return motion
 
-    def _command(self, now: float, position: float, velocity: float) -> float | None:
+    def _yielded(self, now: float, position: float) -> float:
+        """Where the joint is, rad, when that is near enough to `position` to be believed, else `position`."""
+        sample = self._watch.trusted(now)
+        if sample is None or sample.position is None:
+            return position
+        near = abs(sample.position - position) <= YIELD * self.limits.tracking_error
+        return self.limits.held(sample.position) if near else position
+
+    # -- commands
+
+    def _output(self, now: float) -> Output:
+        position, velocity = self._last
+        command: float | None = None
+        others: tuple[float, ...] = ()
+        if self.state != "idle":
+            sample = self._watch.trusted(now)
+            command = self._command = self._commanded(now, sample)
+            others = self._law.others(sample, self._hold_share(now))
+        return Output(self.state, command, others, position, velocity, self._progress, self.reason)
+
+    def _commanded(self, now: float, sample: JointSample | None) -> float:
         """The command in the interface's unit, inside its limits."""
-        if self.state == "idle":
-            return None
-        s = self.settings
-        if s.interface == "position":
-            command = position
-        elif s.interface == "velocity":
-            command = self._velocity_command(now, position, velocity)
-        else:
-            command = self._effort_command(now, position, velocity)
-        self._last_command = command
-        return command
+        law, (position, velocity) = self._law, self._last
+        if law.interface == "position" or self.state in ("moving_to_start", "exciting"):
+            return law.following(position, velocity, sample)
+        if self.state != "ramping_down":
+            return law.rest
+        if law.interface == "velocity":
+            return law.bounded_velocity(self._braked_command * self._braking.share(now), sample)
+        # Effort: what was commanded last, or the hold of the reference, goes over into what held the joint before.
+        held = law.following(position, velocity, sample) if sample is not None else self._braked_command
+        return law.rest + self._hold_share(now) * (held - law.rest)
 
-    def _measured(self, now: float) -> JointSample | None:
-        """The latest joint state when it can be relied on."""
-        sample = self._sample
-        if sample is None or sample.position is None or not math.isfinite(sample.position) or self._missing:
-            return None
-        return sample if now - sample.received <= self.settings.state_timeout_s else None
-
-    def _velocity_command(self, now: float, position: float, velocity: float) -> float:
-        if self.state in ("done", "aborted"):
+    def _hold_share(self, now: float) -> float:
+        """Share of the hold that is left: 1 while moving, then falling to 0 in RELEASE_S."""
+        if self.state in ("moving_to_start", "exciting"):
+            return 1.0
+        if self.state != "ramping_down":
             return 0.0
-        if self.state == "ramping_down":
-            assert self._braking is not None
-            return self._brake_command * self._braking.share(now)
-        sample = self._measured(now)
-        if sample is None or sample.position is None:
-            return 0.0
-        wanted = velocity + self.settings.position_gain * (position - sample.position)
-        limit = self.limits.velocity
-        wanted = min(max(wanted, -limit), limit)
-        # Near a bound the speed towards it falls with the distance.
-        gain = max(self.settings.position_gain, 1.0)
-        high = gain * max(0.0, self.limits.position_max - sample.position)
-        low = -gain * max(0.0, sample.position - self.limits.position_min)
-        return min(max(wanted, low), high)
-
-    def _effort_command(self, now: float, position: float, velocity: float) -> float:
-        s, limit = self.settings, self.limits.effort
-        if self.state in ("done", "aborted"):
-            return min(max(self._hold_effort, -limit), limit)
-        sample = self._measured(now)
-        if sample is None or sample.position is None:
-            end = self._braking.start + RELEASE_S if self._braking is not None else now
-            share = min(1.0, max(0.0, (end - now) / RELEASE_S))
-            wanted = self._hold_effort + share * (self._brake_command - self._hold_effort)
-            return min(max(wanted, -limit), limit)
-        speed = sample.velocity if math.isfinite(sample.velocity) else 0.0
-        wanted = self._hold_effort + s.position_gain * (position - sample.position)
-        wanted += s.velocity_gain * (velocity - speed)
-        return min(max(wanted, -limit), limit)
-
-    def _progress(self, now: float) -> float:
-        match self.state:
-            case "exciting":
-                return min(1.0, max(0.0, (now - self._began) / self.reference.total_s))
-            case "done":
-                return 1.0
-            case _:
-                return 0.0
-
-    def with_limits(self, limits: Limits) -> None:
-        """Tighten the limits before anything moves."""
-        if self.state not in MOVING:
-            self.limits = self.limits.tightened(limits)
-
-    def with_start(self, position: float) -> None:
-        """Set the start position before anything moves."""
-        if self.state not in MOVING:
-            self.settings = replace(self.settings, start_position=position)
+        blind = self._watch.trusted(now) is None
+        begin = self._braking.start if blind else self._braking.end
+        return min(1.0, max(0.0, 1.0 - (now - begin) / RELEASE_S))

@@ -11,7 +11,10 @@ from flex_ident.errors import ConfigurationError, UsageError
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds of one joint: position, rad, speed, rad/s, effort, N m, and tracking error, rad; infinite: none."""
+    """Bounds of one joint: position, rad, speed, rad/s, effort, N m, and tracking error, rad; infinite: none.
+
+    Raises ConfigurationError.
+    """
 
     position_min: float = -math.inf
     position_max: float = math.inf
@@ -42,31 +45,43 @@ class Limits:
 
 
 def urdf_limits(description: str, joint: str) -> Limits:
-    """The limits that a URDF gives a joint. Raises UsageError when it is no XML or has no such joint."""
+    """The limits that a URDF gives a joint, its soft limits included.
+
+    Raises UsageError when it is no XML, has no such joint, or the joint cannot move.
+    """
     try:
         root = ET.fromstring(description)
     except ET.ParseError as error:
         raise UsageError(f"/robot_description is not XML ({error}).") from error
-    for element in root.iter("joint"):
-        if element.get("name") != joint or element.get("type") is None:
+    # A joint of the kinematics has a type; those below <ros2_control> and <transmission> have none.
+    found = [e for e in root.iter("joint") if e.get("name") == joint and e.get("type") is not None]
+    if not found:
+        raise UsageError(f"/robot_description has no joint '{joint}'.")
+    kind = found[0].get("type")
+    if kind == "fixed":
+        raise UsageError(f"joint '{joint}' is fixed in /robot_description: it cannot move.")
+    hard, soft = _attributes(found[0], "limit"), _attributes(found[0], "safety_controller")
+    low = max(hard.get("lower", -math.inf), soft.get("soft_lower_limit", -math.inf))
+    high = min(hard.get("upper", math.inf), soft.get("soft_upper_limit", math.inf))
+    bounded = kind != "continuous" and low < high
+    return Limits(
+        low if bounded else -math.inf, high if bounded else math.inf,
+        _positive(hard.get("velocity", math.nan)), _positive(hard.get("effort", math.nan)),
+    )  # fmt: skip
+
+
+def _attributes(element: ET.Element, tag: str) -> dict[str, float]:
+    """The numbers among the attributes of a child element."""
+    child = element.find(tag)
+    numbers: dict[str, float] = {}
+    for name, text in ({} if child is None else child.attrib).items():
+        try:
+            value = float(text)
+        except ValueError:
             continue
-        found = element.find("limit")
-        if found is None:
-            return Limits()
-
-        def number(name: str, limit: ET.Element = found) -> float:
-            try:
-                return float(limit.get(name, "nan"))
-            except ValueError:
-                return math.nan
-
-        low, high = number("lower"), number("upper")
-        bounded = element.get("type") != "continuous" and math.isfinite(low) and math.isfinite(high) and low < high
-        return Limits(
-            low if bounded else -math.inf, high if bounded else math.inf,
-            _positive(number("velocity")), _positive(number("effort")),
-        )  # fmt: skip
-    raise UsageError(f"/robot_description has no joint '{joint}'.")
+        if math.isfinite(value):
+            numbers[name] = value
+    return numbers
 
 
 def _positive(value: float) -> float:
@@ -74,9 +89,12 @@ def _positive(value: float) -> float:
 
 
 def gravity_rest(mx: float, my: float, near: float) -> float:
-    """The position, rad, nearest to `near` at which gravity pulls nothing (eq. 17): MX cos q + MY sin q = 0."""
+    """The position, rad, nearest to `near` at which gravity pulls nothing (eq. 17): MX cos q + MY sin q = 0.
+
+    Raises ConfigurationError when neither first moment is given.
+    """
     if mx == 0.0 and my == 0.0:
-        raise ConfigurationError("start_position is gravity_rest: give mx and my.")
+        raise ConfigurationError("start_position is gravity_rest: give mx and my, kg m.")
     base = math.atan2(-mx, my)
     turns = round((near - base) / math.pi)
     return base + turns * math.pi

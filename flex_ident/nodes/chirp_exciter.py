@@ -2,124 +2,136 @@
 
 from __future__ import annotations
 
+import gc
 import json
-import math
 import signal
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray, String
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from flex_ident import __version__
-from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
-from flex_ident.excitation import Exciter, JointSample, Output, chirp_reference
+from flex_ident.errors import FlexIdentError, UsageError
+from flex_ident.excitation import Exciter, Output
 from flex_ident.excitation.exciter import MOVING
 from flex_ident.excitation.limits import urdf_limits
-from flex_ident.nodes.declared import current, declare
-from flex_ident.nodes.exciter_settings import LISTS, SETTINGS, chirp_of, exciter_of, limits_of
-from flex_ident.nodes.recorder import Recorder, message_class, unique_folder
-from flex_ident.nodes.running import run_node, topic_type
+from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
+from flex_ident.nodes.command_clock import CommandClock, Punctuality
+from flex_ident.nodes.exciter_settings import JOINTS, TOPICS, Experiment, declare_all, experiment
+from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, joint_sample, reference_bytes
+from flex_ident.nodes.message_types import definition_and_digest
+from flex_ident.nodes.recorder import RawTopics, Recorder
+from flex_ident.nodes.running import quick_executor, run_node
 
-JOINT_STATE = "sensor_msgs/msg/JointState"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 READY_S = 5.0
 """Time in which joint states and a subscriber of the commands must be found before an automatic start gives up."""
+BEGIN_S = 1.0
+"""Time in which a joint state must come after ~/start."""
+HOUSEKEEPING_S = 0.1
+SWITCH_S = 2e-4
+"""How long one thread may keep another from running: Python's 5 ms would be the jitter of the commands."""
+READING_S = 5e-5
+"""Two readings of clocks that are further apart are taken again."""
 LEVELS = {"aborted": DiagnosticStatus.ERROR, "ramping_down": DiagnosticStatus.WARN}
 ABORTED = 3
 
 
 class ChirpExciter(Node):
-    """Hands joint states to the exciter's rules and publishes what they return, from a thread with a steady clock."""
+    """Hands joint states to the exciter's rules and publishes what they return, from a thread with a steady clock.
+
+    The lock guards the rules, which joint states, services and ticks reach from two threads.
+    """
 
     def __init__(self) -> None:
         super().__init__("chirp_exciter")
-        declare(self, SETTINGS)
-        for name, (text, default) in LISTS.items():
-            self.declare_parameter(name, default, ParameterDescriptor(description=text))
-        self.values = current(self, SETTINGS)
-        v = self.values
-        self.exciter = Exciter(exciter_of(v), chirp_reference(chirp_of(v)), limits_of(v))
-        self.joint = str(v["joint"])
-        self.command_joints = [j for j in self.get_parameter("command.joints").value if j] or [self.joint]
-        if self.joint not in self.command_joints:
-            raise ConfigurationError(f"command.joints does not hold '{self.joint}'.")
-        if v["command.type"] == "joint_trajectory" and v["command.interface"] != "position":
-            raise ConfigurationError("command.type joint_trajectory takes command.interface position.")
-        self._trajectory = v["command.type"] == "joint_trajectory"
-        kind = JointTrajectory if self._trajectory else Float64MultiArray
-        self._commands = self.create_publisher(kind, str(v["command.topic"]), 10)
+        declare_all(self)
+        self._lock = threading.RLock()
+        self._description: str | None = None
+        self._take(experiment(self))
+        values = self._experiment.values
+        self._command_type, self._topic = str(values["command.type"]), str(values["command.topic"])
+        self._commands = self.create_publisher(self._messages().message_class, self._topic, 10)
         self._reference = self.create_publisher(JointState, "~/reference", 100)
         self._state = self.create_publisher(DiagnosticStatus, "~/state", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_service(Trigger, "~/start", self._on_start)
-        self.create_service(Trigger, "~/stop", self._on_stop)
-        self.create_subscription(String, "/robot_description", self._on_description, LATCHED)
-        self.create_timer(0.2, self._housekeeping)
-        self._lock = threading.Lock()
-        self._described = False
+        self._raw = RawTopics(self)
+        self._states_topic = self.resolve_topic_name("joint_states")
+        self._states_type = ""
         self._recorder: Recorder | None = None
-        self._states_seen = False
-        self._pending = False
-        self._published_state: tuple[str, str, int] | None = None
-        self._ticks: list[float] = []
-        self._late = 0
-        self._final: Output | None = None
-        self._wanted = bool(v["auto_start"])
+        self._bag: Path | None = None
+        self._clock_thread: CommandClock | None = None
+        self._punctuality = Punctuality(float(values["rate_hz"]))
+        self._output: Output | None = None
+        self._pending_since: float | None = None
+        self._published: tuple[str, str, int] | None = None
+        self._refusal = ""
+        self._wanted = bool(values["auto_start"])
+        self._ending_wanted = bool(values["exit_when_done"])
         self._since = time.monotonic()
-        self._stopping = threading.Event()
         self.ending = threading.Event()
         self.status = 0
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._state_subscription: Any = None
-        self._bag: Path | None = None
+        definition_and_digest(JOINT_STATE)  # now, not while a robot waits
+        self.create_subscription(String, "/robot_description", self._on_description, LATCHED)
+        self.create_service(Trigger, "~/start", self._on_start)
+        self.create_service(Trigger, "~/stop", self._on_stop)
+        self.create_timer(HOUSEKEEPING_S, self._housekeeping)
+        self.add_on_set_parameters_callback(self._on_parameters)
+        self._publish_state()
 
-    # -- what comes in
+    # -- parameters and limits
+
+    def _take(self, found: Experiment) -> None:
+        """Take an experiment over, its limits tightened by the URDF; what is wrong with them is kept for ~/start."""
+        limits, problem = found.limits, ""
+        settings = found.exciter
+        if self._description is not None:
+            try:
+                limits = limits.tightened(urdf_limits(self._description, settings.joint))
+                held = tuple(urdf_limits(self._description, j).effort for j in settings.held)
+                settings = replace(settings, held_effort=held)
+            except FlexIdentError as error:
+                problem = str(error)
+        with self._lock:
+            self._experiment, self._limits_problem = found, problem
+            self.exciter = Exciter(settings, found.reference, limits)
+
+    def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Take changes while nothing moves; refuse what is wrong."""
+        try:
+            with self._lock:
+                if self._busy():
+                    state = self.exciter.state.replace("_", " ")
+                    raise UsageError(f"'{self.exciter.settings.joint}' is {state}: call ~/stop first.")
+                self._take(experiment(self, parameters))
+        except FlexIdentError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _on_description(self, message: String) -> None:
-        try:
-            limits = urdf_limits(message.data, self.joint)
-            with self._lock:
-                self.exciter.with_limits(limits)
-            self._described = True
-        except FlexIdentError as error:
-            self.get_logger().warning(str(error))
-
-    def _on_state_bytes(self, data: bytes) -> None:
-        now = time.monotonic()
-        message = deserialize_message(data, JointState)
-        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-        names = list(message.name)
-        self._states_seen = True
-        if self.joint not in names:
-            sample = JointSample(now, stamp, None)
-        else:
-
-            def at(values: Any, name: str) -> float:
-                i = names.index(name) if name in names else -1
-                return float(values[i]) if 0 <= i < len(values) else math.nan
-
-            others = tuple(at(message.position, j) for j in self.command_joints if j != self.joint)
-            sample = JointSample(
-                now, stamp if stamp > 0.0 else now, at(message.position, self.joint), at(message.velocity, self.joint),
-                at(message.effort, self.joint), others,
-            )  # fmt: skip
+        self._description = message.data
         with self._lock:
-            self.exciter.observe(sample)
-        if self._pending and sample.position is not None:
-            self._begin(now)
+            if self.exciter.state in MOVING:
+                self.exciter.stop("/robot_description has changed")
+            else:
+                self._take(self._experiment)
+        if self._limits_problem:
+            self.get_logger().warning(self._limits_problem)
+
+    # -- start and stop
+
+    def _busy(self) -> bool:
+        return self.exciter.state in MOVING or self._pending_since is not None
 
     def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         why = self._start()
@@ -128,198 +140,168 @@ class ChirpExciter(Node):
         return response
 
     def _on_stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._pending_since is not None:
+            self._cancel("stopped by ~/stop before it moved")
+            response.success, response.message = True, "nothing had moved yet"
+            return response
         with self._lock:
-            why = self.exciter.stop(time.monotonic(), "stopped by ~/stop")
+            why = self.exciter.stop("stopped by ~/stop")
         response.success = not why
         response.message = why or "ramping down"
         return response
 
-    # -- start and end
-
-    def _readiness(self) -> str:
-        """Why nothing can move yet, on the ROS side; empty when all is there."""
-        if self.values["limits.require_urdf"] and not self._described:
-            return "no /robot_description has arrived, and limits.require_urdf is true."
+    def _objection(self) -> str:
+        """Why nothing may move yet; empty when it may."""
+        if self._pending_since is not None:
+            return "already starting: wait for ~/state."
+        with self._lock:
+            if self.exciter.state in MOVING:
+                return self.exciter.objection(time.monotonic())
+        if self._clock_thread is not None:
+            return "the recording of the run before is being closed: call again."
+        if self._description is None:
+            missing = ", ".join(self._experiment.open_limits)
+            if self._experiment.values["limits.require_urdf"]:
+                return "no /robot_description has arrived, and limits.require_urdf is true."
+            if self.count_publishers("/robot_description"):
+                return "/robot_description is announced and has not arrived yet: call again."
+            if missing:
+                return f"no /robot_description has arrived and {missing} not given: give them, or publish it."
+        if self._limits_problem:
+            return self._limits_problem
         if self._commands.get_subscription_count() == 0:
             return f"nobody listens on {self._commands.topic_name}: is the controller active?"
-        if not self._states_seen:
-            return "no joint states arrive: check the topic and that the robot's driver runs."
-        return ""
+        with self._lock:
+            return self.exciter.objection(time.monotonic())
 
     def _start(self) -> str:
-        why = "already starting: wait for ~/state." if self._pending else self._readiness()
+        """Open the bag and have the next joint state begin the motion; the objection when that must not be."""
+        why = self._objection()
         if not why:
-            with self._lock:
-                why = self.exciter.objection(time.monotonic())
-        if why:
-            return why
-        try:
-            self._open_recorder()
-        except FlexIdentError as error:
-            return str(error)
-        self._pending = True  # opening the bag took a while: begin with the next joint state
-        return ""
+            try:
+                self._open_recorder()
+            except FlexIdentError as error:
+                why = str(error)
+        if not why:
+            self._pending_since, self._refusal = time.monotonic(), ""
+        return why
 
     def _begin(self, now: float) -> None:
-        """Begin to move, all checks passed again on a fresh joint state."""
-        self._pending = False
+        """Begin to move: opening the bag took a while, so all is checked again on a fresh joint state."""
+        self._pending_since = None
         with self._lock:
             why = self.exciter.start(now)
         if why:
-            self._close_recorder()
-            self._give_up(why)
-        elif not self._thread.is_alive():
-            self._thread.start()
-
-    def _open_recorder(self) -> None:
-        directory = str(self.values["recording.directory"])
-        if not directory:
+            self._cancel(why)
             return
-        stem = f"{self.joint}_{time.strftime('%Y%m%d_%H%M%S')}".replace("/", "_")
-        self._bag = unique_folder(Path(directory).expanduser(), stem)
-        limits = self.exciter.limits
-        information = {
-            "flex_ident_version": __version__,
-            "flex_ident_parameters": json.dumps({**self.values, "recording.topics": self._topics()}),
-            "flex_ident_limits": json.dumps({k: str(v) for k, v in vars(limits).items()}),
-        }
-        recorder = Recorder(self, self._bag, storage=str(self.values["recording.storage"]), information=information)
-        recorder.add("joint_states", JOINT_STATE)
-        self._reference_name = recorder.add(self._reference.topic_name, JOINT_STATE)
-        for topic in self._topics():
-            kind = topic_type(self, self.resolve_topic_name(topic))
-            if kind:
-                recorder.subscribe(topic, kind)
-        self._recorder = recorder
+        values = self._experiment.values
+        self._punctuality = Punctuality(values["rate_hz"])
+        self._command_messages = self._messages()
+        self._clock_thread = CommandClock(values["rate_hz"], self._tick)
+        self._clock_thread.start()
 
-    def _topics(self) -> list[str]:
-        return [str(t) for t in self.get_parameter("recording.topics").value if t]
-
-    def _close_recorder(self) -> None:
+    def _cancel(self, why: str) -> None:
+        """Nothing has moved and nothing shall."""
+        self._pending_since = None
         if self._recorder is not None:
             self._recorder.close()
-
-    def _housekeeping(self) -> None:
-        """Find the joint states, start when asked to, watch recorder and subscribers, publish state and diagnostics."""
-        now = time.monotonic()
-        self._subscribe_states()
-        with self._lock:
-            state = self.exciter.state
-            if state in MOVING:
-                if self._recorder is not None and self._recorder.failure:
-                    self.exciter.stop(now, self._recorder.failure)
-                elif self._commands.get_subscription_count() == 0:
-                    self.exciter.stop(now, f"nobody listens on {self._commands.topic_name} any more")
-        if self._wanted and state == "idle":
-            why = self._start()
-            if not why:
-                self._wanted = False
-            elif now - self._since > READY_S:
-                self._wanted = False
-                self._give_up(why)
-        self._publish_state(now)
-        if state in ("done", "aborted") and not self._thread.is_alive() and self._final is not None:
-            self._finish()
-
-    def _subscribe_states(self) -> None:
-        if self._state_subscription is not None:
-            return
-        name = self.resolve_topic_name("joint_states")
-        if not self.get_publishers_info_by_topic(name):
-            return
-        reliable = all(int(p.qos_profile.reliability) == 1 for p in self.get_publishers_info_by_topic(name))
-        qos = QoSProfile(depth=2000, reliability=1 if reliable else 2)
-
-        def received(data: bytes) -> None:
-            self._on_state_bytes(data)
-            if self._recorder is not None:
-                self._recorder.write(name, data)
-
-        self._state_subscription = self.create_subscription(message_class(JOINT_STATE), name, received, qos, raw=True)
+            self._recorder = None
+        self._give_up(why)
 
     def _give_up(self, why: str) -> None:
-        self.get_logger().error(f"refused: {why}")
-        self.exciter.reason = why
-        if self.values["exit_when_done"]:
-            print(f"chirp_exciter: {why}", file=sys.stderr)
+        self._refusal = why
+        if self._ending_wanted and self._experiment.values["auto_start"]:
+            print(f"chirp_exciter: {why}", file=sys.stderr, flush=True)
             self.status = ABORTED
             self.ending.set()
+        else:
+            self.get_logger().error(f"refused: {why}")
 
     def interrupt(self, why: str) -> None:
-        """SIGINT or SIGTERM: ramp down, then end."""
+        """Ramp down if anything moves, then end."""
+        self._ending_wanted = True
         with self._lock:
-            moving = self.exciter.state in MOVING
-            if moving:
-                self.exciter.stop(time.monotonic(), why)
-        self.values["exit_when_done"] = True
-        if not moving:
+            if self.exciter.state in MOVING:
+                self.exciter.stop(why)
+                return
+        if self._clock_thread is None:
             self.ending.set()
 
-    # -- what goes out
+    # -- recording
 
-    def _run(self) -> None:
-        """Tick by a steady clock; a late tick skips, it never stretches the chirp."""
-        period = 1.0 / float(self.values["rate_hz"])
-        begin = time.monotonic()
-        k = 0
-        while not self._stopping.is_set():
-            due = begin + k * period
-            wait = due - time.monotonic()
-            if wait > 0.0:
-                time.sleep(wait)
-            now = time.monotonic()
-            if self.exciter.state == "exciting":
-                self._ticks.append(now - due)
-            skipped = int((now - due) / period)
-            self._late += skipped
-            k += 1 + skipped
-            with self._lock:
-                output = self.exciter.step(now)
-            try:
-                self._publish(output, period)
-            except Exception as error:  # the context went away
-                with self._lock:
-                    self.exciter.stop(now, f"commands cannot be published ({error})")
-                if self.exciter.state not in MOVING:
-                    break
-            self._final = output
-            if output.state in ("done", "aborted"):
-                break
+    def _open_recorder(self) -> None:
+        values = self._experiment.values
+        directory = str(values["recording.directory"])
+        self._recorder, self._bag = None, None
+        if not directory:
+            return
+        stem = f"{values['joint']}_{time.strftime('%Y%m%d_%H%M%S')}".replace("/", "_")
+        folder = unique_folder(Path(directory).expanduser().resolve(), stem)
+        information = {
+            "flex_ident_version": __version__,
+            "flex_ident_parameters": json.dumps(values),
+            "flex_ident_limits": json.dumps({k: str(v) for k, v in vars(self.exciter.limits).items()}),
+        }
+        bag = BagFile(
+            folder, storage=str(values["recording.storage"]), information=information,
+            least_free=int(values["recording.least_free_mib"] * MIB),
+        )  # fmt: skip
+        recorder = Recorder(self, bag, values[TOPICS])
+        recorder.announce(self._states_topic, JOINT_STATE)
+        recorder.announce(self._reference.topic_name, JOINT_STATE)
+        recorder.find_topics()
+        self._lost_before = self._raw.lost
+        self._recorder, self._bag = recorder, folder
 
-    def _publish(self, output: Output, period: float) -> None:
-        if output.command is not None:
-            others = iter(output.others)
-            row = [
-                output.command if j == self.joint else self._held(next(others, math.nan)) for j in self.command_joints
-            ]
-            if self._trajectory:
-                point = JointTrajectoryPoint(positions=row)
-                point.time_from_start.nanosec = int(period * 1e9)
-                self._commands.publish(JointTrajectory(joint_names=self.command_joints, points=[point]))
-            else:
-                self._commands.publish(Float64MultiArray(data=row))
-        message = JointState(name=[self.joint], position=[output.position], velocity=[output.velocity])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._reference.publish(message)
+    def _on_state(self, data: bytes) -> None:
+        now = time.monotonic()
         if self._recorder is not None:
-            self._recorder.write(self._reference_name, serialize_message(message))
-
-    def _held(self, position: float) -> float:
-        """What a joint that holds is commanded: its position, or no speed, or no effort."""
-        if self.values["command.interface"] != "position":
-            return 0.0
-        if not math.isfinite(position):
-            raise UsageError("a joint that shall hold has no position: check command.joints.")
-        return position
-
-    def _publish_state(self, now: float) -> None:
+            self._recorder.write(self._states_topic, data)
+        settings = self.exciter.settings
+        sample = joint_sample(data, settings.joint, settings.held, now)
         with self._lock:
-            state, reason = self.exciter.state, self.exciter.reason
-        progress = self._final.progress if self._final is not None else 0.0
-        text = f"{state}: {reason}" if reason else state
+            self.exciter.observe(sample)
+        if self._pending_since is not None and sample.position is not None:
+            self._begin(now)
+
+    # -- ten times a second
+
+    def _housekeeping(self) -> None:
+        """Find topics, start when asked to, watch recorder and subscribers, publish the state, end the run."""
+        now = time.monotonic()
+        if not self._states_type:
+            self._states_type = self._raw.subscribe(self._states_topic, self._on_state)
+        recorder = self._recorder
+        if recorder is not None:
+            recorder.find_topics()
+        with self._lock:
+            if self.exciter.state in MOVING:
+                if recorder is not None and recorder.bag.failure:
+                    self.exciter.stop(recorder.bag.failure)
+                elif self._commands.get_subscription_count() == 0:
+                    self.exciter.stop(f"nobody listens on {self._commands.topic_name} any more")
+        if self._pending_since is not None and now - self._pending_since > BEGIN_S:
+            self._cancel(f"no joint state with '{self.exciter.settings.joint}' came for {BEGIN_S:g} s after ~/start.")
+        if self._wanted and self.exciter.state == "idle":
+            why = self._start()
+            if not why or now - self._since > READY_S:
+                self._wanted = False
+                if why:
+                    self._give_up(why)
+        self._publish_state()
+        if self._clock_thread is not None and not self._clock_thread.ticking:
+            self._finish()
+
+    def _publish_state(self) -> None:
+        with self._lock:
+            state, reason = str(self.exciter.state), self.exciter.reason
+        if self._pending_since is not None:
+            state = "idle"
+        reason = reason or (self._refusal if state == "idle" else "")
+        progress = self._output.progress if self._output is not None else 0.0
         status = DiagnosticStatus(
-            level=LEVELS.get(state, DiagnosticStatus.OK), name=f"chirp_exciter: {self.joint}", message=text,
-            hardware_id=self.joint,
+            level=LEVELS.get(state, DiagnosticStatus.OK), name=f"chirp_exciter: {self.exciter.settings.joint}",
+            message=f"{state}: {reason}" if reason else state, hardware_id=self.exciter.settings.joint,
             values=[
                 KeyValue(key="state", value=state), KeyValue(key="reason", value=reason),
                 KeyValue(key="progress_percent", value=f"{100 * progress:.0f}"),
@@ -327,8 +309,10 @@ class ChirpExciter(Node):
             ],
         )  # fmt: skip
         mark = (state, reason, int(100 * progress))
-        if mark != self._published_state:
-            self._published_state = mark
+        if mark != self._published:
+            if self._published is not None and self._published[:2] != mark[:2]:
+                self.get_logger().info(status.message.replace("_", " "))
+            self._published = mark
             self._state.publish(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
@@ -336,63 +320,90 @@ class ChirpExciter(Node):
 
     def _finish(self) -> None:
         """Close the bag, say how it went, and end if asked to."""
-        output, self._final = self._final, None
-        assert output is not None
-        recorder = self._recorder
-        self._close_recorder()
-        self._published_state = None
-        lines = [self.timing()]
+        assert self._clock_thread is not None
+        error, real_time = self._clock_thread.error, self._clock_thread.real_time
+        with self._lock:
+            state, reason = self.exciter.state, self.exciter.reason
+        if error is not None:
+            state, reason = "aborted", f"commands cannot be published ({type(error).__name__}: {error})"
+        recorder, self._recorder = self._recorder, None
+        say = self.get_logger().info
+        say(f"{self._punctuality}{', real-time priority' if real_time else ''}")
         if recorder is not None:
-            lines.append(f"recorded {recorder.messages} messages to {self._bag}, {recorder.lost} lost")
-            if recorder.failure:
-                lines.append(recorder.failure)
-        for line in lines:
-            self.get_logger().info(line)
-        if output.state == "aborted":
-            self.get_logger().error(f"aborted: {output.reason}")
-        if self.values["exit_when_done"]:
-            if output.state == "aborted":
-                print(f"chirp_exciter: aborted: {output.reason}", file=sys.stderr)
-                self.status = ABORTED
+            recorder.close()
+            lost = recorder.lost + self._raw.lost - self._lost_before
+            say(f"recorded {recorder.bag.messages} messages to {self._bag}, {lost} lost")
+            if recorder.bag.failure and state == "done":
+                state, reason = "aborted", recorder.bag.failure
+        self._clock_thread = None
+        if state == "aborted" and self._ending_wanted:
+            print(f"chirp_exciter: aborted: {reason}", file=sys.stderr, flush=True)
+            self.status = ABORTED
+        if self._ending_wanted:
             self.ending.set()
-        else:
-            self._recorder = None
-            self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def timing(self) -> str:
-        """Achieved rate and jitter of the commands while exciting, in words."""
-        if len(self._ticks) < 2:
-            return "no commands were timed"
-        late = 1e6 * np.array(self._ticks)
-        p50, p99 = np.percentile(late, (50, 99))
-        return (
-            f"{len(late)} commands at {self.values['rate_hz']:.0f} Hz, {self._late} skipped; late by {p50:.0f} us "
-            f"(median), {p99:.0f} us (99 %), {late.max():.0f} us (most)"
-        )
+    # -- at each tick, in the thread of the clock
+
+    def _tick(self, now: float, late: float, skipped: int) -> bool:
+        """Step the rules and publish what they say; False when the run is over."""
+        with self._lock:
+            output = self.exciter.step(now)
+        stamp = self._ros_time_ns(now)
+        message = self._command_messages.message(output)
+        if message is not None:
+            self._commands.publish(message)
+        data = reference_bytes(self.exciter.settings.joint, output, stamp)
+        self._reference.publish(data)
+        if self._recorder is not None:
+            self._recorder.bag.write(self._reference.topic_name, stamp, data)
+        if output.state == "exciting":
+            self._punctuality.add(now, late, skipped)
+        self._output = output
+        return output.state in MOVING
+
+    def _ros_time_ns(self, instant: float) -> int:
+        """An instant of the steady clock in ROS time, from two readings that nothing came between."""
+        for _ in range(3):
+            before = time.monotonic()
+            ros_ns = int(self.get_clock().now().nanoseconds)
+            after = time.monotonic()
+            if after - before < READING_S:
+                break
+        return ros_ns - round(1e9 * (0.5 * (before + after) - instant))
+
+    def _messages(self) -> CommandMessages:
+        values = self._experiment.values
+        joints = values[JOINTS] or [values["joint"]]
+        return CommandMessages(values["command.type"], joints, values["joint"], 1.0 / values["rate_hz"])
 
     def end(self) -> None:
         """Stop the thread and close the bag, whatever state they are in."""
-        self._stopping.set()
-        if self._thread.is_alive():
-            self._thread.join(1.0)
-        self._close_recorder()
+        if self._clock_thread is not None:
+            self._clock_thread.stop()
+        if self._recorder is not None:
+            self._recorder.close()
 
 
 def main(arguments: list[str] | None = None) -> int:
     """The console script; returns the exit status: 0 done, 2 configuration, 3 refused or aborted."""
 
     def run(node: ChirpExciter) -> int:
+        sys.setswitchinterval(SWITCH_S)
+        gc.collect()
+        gc.freeze()  # what is there stays: collections while a robot moves are short
+        asked: list[str] = []
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda n, _frame: node.interrupt(f"stopped by {signal.Signals(n).name}"))
-        executor = SingleThreadedExecutor()
+            # A handler may not take locks: it interrupts whatever this thread does.
+            signal.signal(number, lambda n, _frame: asked.append(signal.Signals(n).name))
+        executor = quick_executor()
         executor.add_node(node)
         try:
             while not node.ending.is_set():
-                executor.spin_once(timeout_sec=0.1)
-            executor.spin_once(timeout_sec=0.1)
-            time.sleep(0.1)  # the last state leaves before the context does
-        except ExternalShutdownException:
-            pass
+                executor.spin_once(timeout_sec=HOUSEKEEPING_S)
+                if asked:
+                    node.interrupt(f"stopped by {asked[0]}")
+            executor.spin_once(timeout_sec=0.0)
+            time.sleep(HOUSEKEEPING_S)  # the last state leaves before the context does
         finally:
             node.end()
         return node.status

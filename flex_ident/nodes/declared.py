@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import difflib
 import math
+import sys
 from collections.abc import Iterable
+from pathlib import Path
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterType
 from rclpy.node import Node
 
+from flex_ident.configuration.files import parameters_in
 from flex_ident.configuration.settings import Setting, Value
+from flex_ident.errors import ConfigurationError
+
+ANY_NODE = ("use_sim_time", "start_type_description_service")
 
 
 def descriptor(setting: Setting, *, read_only: bool = False) -> ParameterDescriptor:
@@ -25,11 +32,36 @@ def descriptor(setting: Setting, *, read_only: bool = False) -> ParameterDescrip
 
 
 def declare(node: Node, settings: Iterable[Setting], *, read_only: bool = False) -> None:
-    """Declare every setting; a value that does not fit raises rclpy's InvalidParameterValueException."""
+    """Declare every setting. Raises ConfigurationError that names the file, the key and what is allowed."""
     for setting in settings:
+        given = node._parameter_overrides.get(setting.key)
+        if given is not None:
+            setting.checked(given.value, origin(node, setting.key))
         node.declare_parameter(setting.key, setting.default, descriptor(setting, read_only=read_only))
 
 
 def current(node: Node, settings: Iterable[Setting]) -> dict[str, Value]:
     """The settings' values now, checked. Raises ConfigurationError."""
     return {s.key: s.checked(node.get_parameter(s.key).value, node.get_name()) for s in settings}
+
+
+def refuse_unknown(node: Node) -> None:
+    """Refuse what was given and not declared, after all is declared. Raises ConfigurationError that names it."""
+    known = {*node.list_parameters([], 0).names, *ANY_NODE}
+    for key in node._parameter_overrides:
+        if key not in known and not key.startswith("qos_overrides."):
+            close = difflib.get_close_matches(key, known, 1)
+            hint = f"did you mean '{close[0]}'?" if close else "see 'ros2 param list'."
+            raise ConfigurationError(f"{origin(node, key)}: unknown parameter '{key}': {hint}")
+
+
+def origin(node: Node, key: str) -> str:
+    """Where a parameter was given: the parameter file that holds it, else the node's name."""
+    files = [after for before, after in zip(sys.argv, sys.argv[1:], strict=False) if before == "--params-file"]
+    for file in reversed(files):
+        try:
+            if key in parameters_in(Path(file), node.get_name()):
+                return file
+        except ConfigurationError:
+            continue
+    return str(node.get_name())

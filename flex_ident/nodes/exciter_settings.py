@@ -3,57 +3,140 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from flex_ident.configuration.settings import Setting, Value
 from flex_ident.errors import ConfigurationError
-from flex_ident.excitation import ChirpSettings, ExciterSettings, Limits
+from flex_ident.excitation import ChirpSettings, ExciterSettings, Gains, Limits, Reference, chirp_reference
 from flex_ident.excitation.chirp import PROFILES, SWEEPS
-from flex_ident.excitation.exciter import INTERFACES
+from flex_ident.excitation.commands import INTERFACES
 from flex_ident.excitation.limits import gravity_rest
+from flex_ident.nodes.declared import declare, origin, refuse_unknown
 
 COMMAND_TYPES = ("forward_command", "joint_trajectory")
 UNLIMITED = 1e9
-SETTINGS = (
-    Setting("joint", "", "the joint that moves; all others hold"),
+FIXED_SETTINGS = (
     Setting("auto_start", False, "start as soon as everything is ready"),
     Setting("exit_when_done", True, "end the node when the chirp is over"),
-    Setting("rate_hz", 500.0, "rate of commands", lower=10.0, upper=5000.0),
-    Setting("start_position", "current", "where the chirp starts: a number in rad, current, or gravity_rest (eq. 17, "
-            "with mx and my)"),
+    Setting("command.type", "forward_command", "which controller takes the commands", choices=COMMAND_TYPES),
+    Setting("command.topic", "/forward_position_controller/commands", "where commands go"),
+)
+SETTINGS = (
+    Setting("joint", "", "the joint that moves; all others hold"),
+    Setting("rate_hz", 500.0, "rate of commands, Hz; the sweep may go up to a tenth of it", lower=10.0, upper=5000.0),
     Setting("mx", 0.0, "first moment MX, kg m, for start_position gravity_rest", lower=-1e6, upper=1e6),
     Setting("my", 0.0, "first moment MY, kg m, for start_position gravity_rest", lower=-1e6, upper=1e6),
     Setting("approach_velocity", 0.2, "largest speed on the way to the start position, rad/s", lower=1e-3, upper=10.0),
     Setting("inertia", 0.0, "expected inertia, kg m^2, to check the effort before moving; 0: unknown", lower=0.0,
             upper=1e6),
-    Setting("command.type", "forward_command", "which controller takes the commands", choices=COMMAND_TYPES),
     Setting("command.interface", "position", "what is commanded", choices=INTERFACES),
-    Setting("command.topic", "/forward_position_controller/commands", "where commands go"),
     Setting("command.position_gain", 5.0, "velocity: 1/s; effort: N m/rad around the reference", lower=0.0, upper=1e6),
     Setting("command.velocity_gain", 0.0, "effort: N m s/rad around the reference", lower=0.0, upper=1e6),
-    Setting("chirp.start_frequency_hz", 0.05, "where the sweep starts, Hz", lower=1e-3, upper=1000.0),
-    Setting("chirp.end_frequency_hz", 30.0, "where the sweep ends, Hz", lower=1e-3, upper=1000.0),
-    Setting("chirp.duration_s", 60.0, "duration of one sweep, s", lower=1.0, upper=36000.0),
+    Setting("command.carry_effort", True, "effort: what the joints exert at rest is commanded on; false for robots "
+            "that bear gravity on their own"),
+    Setting("chirp.start_frequency_hz", 0.05, "where the sweep starts, Hz", lower=1e-3, upper=500.0),
+    Setting("chirp.end_frequency_hz", 30.0, "where the sweep ends, Hz", lower=1e-3, upper=500.0),
+    Setting("chirp.duration_s", 60.0, "duration of one sweep, s", lower=1.0, upper=3600.0),
     Setting("chirp.amplitude", 0.1, "amplitude at the sweep's start, rad", lower=1e-6, upper=100.0),
     Setting("chirp.profile", "constant_velocity", "what stays constant over the sweep; rich: slow sine, chirp, small "
-            "chirp", choices=PROFILES),
+            "chirp, twice at least", choices=PROFILES),
     Setting("chirp.sweep", "logarithmic", "how the frequency grows", choices=SWEEPS),
     Setting("chirp.fade_s", 1.0, "cosine fade at both ends, s", lower=0.0, upper=60.0),
-    Setting("chirp.repeats", 1.0, "how often the sweep is played", lower=1.0, upper=100.0),
-    Setting("limits.position_min", -UNLIMITED, "lower bound of the position, rad", lower=-UNLIMITED, upper=UNLIMITED),
-    Setting("limits.position_max", UNLIMITED, "upper bound of the position, rad", lower=-UNLIMITED, upper=UNLIMITED),
-    Setting("limits.velocity", UNLIMITED, "largest speed, rad/s", lower=1e-6, upper=UNLIMITED),
-    Setting("limits.effort", UNLIMITED, "largest effort, N m", lower=1e-6, upper=UNLIMITED),
+    Setting("chirp.repeats", 1.0, "how often the sweep is played, a whole number", lower=1.0, upper=100.0),
+    Setting("limits.position_min", -UNLIMITED, "lower bound of the position, rad; the tighter of this and the URDF's",
+            lower=-UNLIMITED, upper=UNLIMITED),
+    Setting("limits.position_max", UNLIMITED, "upper bound of the position, rad; the tighter of this and the URDF's",
+            lower=-UNLIMITED, upper=UNLIMITED),
+    Setting("limits.velocity", UNLIMITED, "largest speed, rad/s; the tighter of this and the URDF's", lower=1e-6,
+            upper=UNLIMITED),
+    Setting("limits.effort", UNLIMITED, "largest effort, in the unit of the joint states; the tighter of this and the "
+            "URDF's", lower=1e-6, upper=UNLIMITED),
     Setting("limits.tracking_error", 0.2, "largest distance between reference and position, rad", lower=1e-6,
             upper=UNLIMITED),
     Setting("limits.state_timeout_s", 0.1, "oldest joint state that counts, s", lower=1e-3, upper=10.0),
-    Setting("limits.require_urdf", False, "refuse to move without /robot_description"),
+    Setting("limits.require_urdf", False, "refuse to move without /robot_description, whatever limits are given"),
     Setting("recording.directory", "flex_ident_recordings", "where the bag is written; empty: no recording"),
     Setting("recording.storage", "mcap", "format of the bag", choices=("mcap", "sqlite3")),
+    Setting("recording.least_free_mib", 200.0, "free space below which nothing is recorded, MiB", lower=1.0, upper=1e6),
 )  # fmt: skip
-LISTS = {
-    "recording.topics": ("further topics to record", ["/link_joint_states"]),
-    "command.joints": ("joints in the order of a forward command; empty: the joint alone", [""]),
+START = "start_position"
+START_TEXT = "where the chirp starts: a number in rad, current, or gravity_rest (eq. 17, with mx and my)"
+JOINTS, TOPICS = "command.joints", "recording.topics"
+NAME_LISTS = {
+    JOINTS: ("joints in the order of the controller's; those that do not move are held; empty: the joint alone", [""]),
+    TOPICS: ("further topics to record, byte for byte, of any installed type", ["/link_joint_states"]),
 }
+POSITION_GAINS, VELOCITY_GAINS = "command.hold_position_gains", "command.hold_velocity_gains"
+NUMBER_LISTS = {
+    POSITION_GAINS: "effort: N m/rad that hold the other joints, in the order of command.joints without the one moving",
+    VELOCITY_GAINS: "effort: N m s/rad that hold the other joints, in the same order",
+}
+OPEN = ("limits.position_min", "limits.position_max", "limits.velocity")
+"""Limits that must be known before a joint moves."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """All parameters, checked, and what they make; a URDF tightens `limits`. Raises ConfigurationError."""
+
+    values: dict[str, Any]
+    exciter: ExciterSettings = field(init=False)
+    reference: Reference = field(init=False)
+    limits: Limits = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limits", limits_of(self.values))
+        object.__setattr__(self, "exciter", exciter_of(self.values))
+        object.__setattr__(self, "reference", chirp_reference(chirp_of(self.values)))
+
+    @property
+    def open_limits(self) -> tuple[str, ...]:
+        """Keys of the limits that the parameters leave open and that must be known."""
+        return tuple(key for key in OPEN if abs(self.values[key]) >= UNLIMITED)
+
+
+def declare_all(node: Node) -> None:
+    """Declare every parameter. Raises ConfigurationError for those that are wrong or unknown."""
+    declare(node, FIXED_SETTINGS, read_only=True)
+    declare(node, SETTINGS)
+    node.declare_parameter(START, "current", ParameterDescriptor(description=START_TEXT, dynamic_typing=True))
+    for key, (text, default) in NAME_LISTS.items():
+        given = node._parameter_overrides.get(key)
+        if given is not None and given.type_ != Parameter.Type.STRING_ARRAY:
+            raise ConfigurationError(f"{origin(node, key)}: {key} is {given.value!r}: expected a list of texts.")
+        node.declare_parameter(key, default, ParameterDescriptor(description=text))
+    for key, text in NUMBER_LISTS.items():
+        node.declare_parameter(key, None, ParameterDescriptor(description=text, dynamic_typing=True))
+    refuse_unknown(node)
+
+
+def experiment(node: Node, changes: Iterable[Parameter] = ()) -> Experiment:
+    """The parameters as they are now, or would be after `changes`. Raises ConfigurationError."""
+    changed = {p.name: p.value for p in changes}
+
+    def value(key: str) -> Any:
+        return changed[key] if key in changed else node.get_parameter(key).value
+
+    values: dict[str, Any] = {s.key: s.checked(value(s.key), node.get_name()) for s in (*FIXED_SETTINGS, *SETTINGS)}
+    values[START] = value(START)
+    values |= {key: [str(v) for v in value(key) or () if v] for key in NAME_LISTS}
+    values |= {key: _numbers(key, value(key)) for key in NUMBER_LISTS}
+    return Experiment(values)
+
+
+def _numbers(key: str, value: object) -> tuple[float, ...]:
+    if value is None:
+        return ()
+    try:
+        return tuple(float(v) for v in value)  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        raise ConfigurationError(f"{key} is {value!r}: expected a list of numbers.") from None
 
 
 def finite_limit(value: Value) -> float:
@@ -62,7 +145,7 @@ def finite_limit(value: Value) -> float:
     return math.copysign(math.inf, number) if abs(number) >= UNLIMITED else number
 
 
-def limits_of(values: dict[str, Value]) -> Limits:
+def limits_of(values: dict[str, Any]) -> Limits:
     """The limits in the parameters. Raises ConfigurationError."""
     return Limits(
         finite_limit(values["limits.position_min"]), finite_limit(values["limits.position_max"]),
@@ -71,33 +154,49 @@ def limits_of(values: dict[str, Value]) -> Limits:
     )  # fmt: skip
 
 
-def chirp_of(values: dict[str, Value]) -> ChirpSettings:
+def chirp_of(values: dict[str, Any]) -> ChirpSettings:
     """The chirp in the parameters. Raises ConfigurationError."""
+    repeats = values["chirp.repeats"]
+    if repeats != round(repeats):
+        raise ConfigurationError(f"chirp.repeats is {repeats}: expected a whole number.")
     return ChirpSettings(
-        float(values["chirp.start_frequency_hz"]), float(values["chirp.end_frequency_hz"]),
-        float(values["chirp.duration_s"]), float(values["chirp.amplitude"]), str(values["chirp.profile"]),
-        str(values["chirp.sweep"]), float(values["chirp.fade_s"]), round(float(values["chirp.repeats"])),
+        values["chirp.start_frequency_hz"], values["chirp.end_frequency_hz"], values["chirp.duration_s"],
+        values["chirp.amplitude"], values["chirp.profile"], values["chirp.sweep"], values["chirp.fade_s"],
+        round(repeats),
     )  # fmt: skip
 
 
-def start_of(values: dict[str, Value]) -> float | None:
+def start_of(values: dict[str, Any]) -> float | None:
     """The start position in the parameters; None: where the joint is. Raises ConfigurationError."""
-    text = str(values["start_position"]).strip()
+    text = str(values[START]).strip()
     if text == "current":
         return None
     if text == "gravity_rest":
-        return gravity_rest(float(values["mx"]), float(values["my"]), 0.0)
+        return gravity_rest(values["mx"], values["my"], 0.0)
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
-        raise ConfigurationError(f"start_position is '{text}': expected a number, current or gravity_rest.") from None
+        number = math.nan
+    if isinstance(values[START], bool) or not math.isfinite(number):
+        raise ConfigurationError(f"{START} is {text}: expected a number in rad, current or gravity_rest.")
+    return number
 
 
-def exciter_of(values: dict[str, Value]) -> ExciterSettings:
+def exciter_of(values: dict[str, Any]) -> ExciterSettings:
     """The exciter's settings in the parameters. Raises ConfigurationError."""
+    joint, joints = values["joint"], values[JOINTS]
+    if joints and joint not in joints:
+        raise ConfigurationError(f"{JOINTS} {joints} does not hold the joint '{joint}'.")
+    if len(set(joints)) != len(joints):
+        raise ConfigurationError(f"{JOINTS} {joints} names a joint twice.")
+    # A trajectory is of positions, whatever the controller makes of them.
+    trajectory = values["command.type"] == "joint_trajectory"
     return ExciterSettings(
-        joint=str(values["joint"]), interface=str(values["command.interface"]), rate_hz=float(values["rate_hz"]),
-        start_position=start_of(values), state_timeout_s=float(values["limits.state_timeout_s"]),
-        approach_velocity=float(values["approach_velocity"]), position_gain=float(values["command.position_gain"]),
-        velocity_gain=float(values["command.velocity_gain"]), inertia=float(values["inertia"]),
+        joint=joint, interface="position" if trajectory else values["command.interface"], rate_hz=values["rate_hz"],
+        start_position=start_of(values), state_timeout_s=values["limits.state_timeout_s"],
+        approach_velocity=values["approach_velocity"],
+        gains=Gains(values["command.position_gain"], values["command.velocity_gain"], values[POSITION_GAINS],
+                    values[VELOCITY_GAINS]),
+        inertia=values["inertia"], carry_effort=values["command.carry_effort"],
+        held=tuple(j for j in joints if j != joint),
     )  # fmt: skip

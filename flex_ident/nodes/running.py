@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from flex_ident.commands.common import one_line
@@ -45,6 +45,15 @@ def run_node(
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rclpy.try_shutdown()
+
+
+def quick_executor() -> Executor:
+    """The executor that costs least: at 1 kHz rclpy's events executor takes half of the other's processor time."""
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:  # rclpy before 7.1.4
+        return SingleThreadedExecutor()
+    return EventsExecutor()
 
 
 def _failed(name: str, error: BaseException, status: int) -> int:

@@ -11,7 +11,11 @@ from flex_ident.excitation.limits import gravity_rest, urdf_limits
 URDF = """<robot name="r">
 <joint name="elbow" type="revolute"><limit lower="-1" upper="2" velocity="3" effort="4"/></joint>
 <joint name="wheel" type="continuous"><limit velocity="5" effort="0"/></joint>
-<joint name="free" type="floating"/></robot>"""
+<joint name="free" type="floating"/><joint name="base" type="fixed"/>
+<joint name="soft" type="revolute"><limit lower="-1" upper="2" velocity="3" effort="4"/>
+<safety_controller soft_lower_limit="-0.5" soft_upper_limit="9" k_velocity="1"/></joint>
+<joint name="odd" type="revolute"><limit lower="nan" upper="x" velocity="-1"/></joint>
+<ros2_control><joint name="soft"><param name="min">-9</param></joint></ros2_control></robot>"""
 
 
 def test_the_tighter_bound_wins() -> None:
@@ -25,6 +29,16 @@ def test_what_a_urdf_leaves_open_is_open() -> None:
     assert wheel.velocity == 5.0
     assert wheel.effort == math.inf
     assert urdf_limits(URDF, "free") == Limits()
+    assert urdf_limits(URDF, "odd") == Limits()
+
+
+def test_soft_limits_of_a_urdf_count() -> None:
+    assert urdf_limits(URDF, "soft") == Limits(-0.5, 2.0, 3.0, 4.0)
+
+
+def test_a_fixed_joint_is_refused() -> None:
+    with pytest.raises(UsageError, match="fixed"):
+        urdf_limits(URDF, "base")
 
 
 @pytest.mark.parametrize(("text", "why"), [("<robot", "not XML"), (URDF, "no joint 'wrist'")])

@@ -1,156 +1,300 @@
-"""What can go wrong on a robot, one by one: each plays a fault and says what came of it."""
+"""What can go wrong on a robot, one by one: each plays a fault and says what came of it.
+
+`python test/nodes/faults.py` plays them all and writes docs/faults.md.
+"""
 
 from __future__ import annotations
 
+import resource
 import signal
+import sys
+import tempfile
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rig import POSITION_LIMIT, Rig
+from rig import COMMANDS, JOINT, POSITION_LIMIT, STATE_TIMEOUT_S, VELOCITY_LIMIT, Rig, rig
 
 from flex_ident.bags import SignalSelection, read_recording
-from flex_ident.errors import FlexIdentError
+from flex_ident.errors import ExcitationError, FlexIdentError
 
 ABORTED = 3
+MORE_BYTES = 300_000
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Exit status of the exciter, its reason, seconds of the bag that can be read, largest command, rad."""
+    """What came of a fault: the exciter's exit status and reason, and time from the fault to standstill, s.
+
+    `largest` command, rad, and `fastest`, rad/s; `lost_s` of the recording, s, None: nothing was recorded.
+    """
 
     status: int | None
     reason: str
-    seconds: float
-    largest_command: float
+    seconds_to_stop: float | None
+    largest: float
+    fastest: float
+    lost_s: float | None
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether no command ever left the limits."""
+        return self.largest <= POSITION_LIMIT and self.fastest <= VELOCITY_LIMIT
 
 
-def bag_seconds(path: Path) -> float:
-    """Length of what can be read of a recording, s; 0 when nothing can."""
+def lost_s(made: Rig) -> float | None:
+    """How much earlier than the last reference that was published the recording ends, s; None without a recording."""
+    folder = made.folder / "bags"
+    if not folder.exists() or not any(folder.iterdir()):
+        return None
     try:
-        return float(read_recording(path, SignalSelection(joint="elbow", sensors="motor")).time[-1])
-    except FlexIdentError:
-        return 0.0
+        selection = SignalSelection(joint=JOINT, sensors="motor", reference="/chirp_exciter/reference")
+        recording = read_recording(made.bag(), selection)
+    except ExcitationError:  # nothing moved
+        return None
+    except FlexIdentError as error:
+        raise AssertionError(f"the bag does not read: {error}") from error
+    began = made.references[0][0]
+    return max(0.0, (made.references[-1][0] - began) - float(recording.time[-1] - recording.time[0]))
 
 
-def outcome(made: Rig) -> Outcome:
+def outcome(made: Rig, fault_at: float | None = None) -> Outcome:
     """What came of it, once the exciter has ended."""
     status = made.ended("chirp_exciter")
     lines = [line for line in made.output("chirp_exciter").splitlines() if line.startswith("chirp_exciter: ")]
     reason = lines[-1].removeprefix("chirp_exciter: ") if lines else ""
-    folders = list((made.folder / "bags").glob("*")) if (made.folder / "bags").exists() else []
-    return Outcome(status, reason, bag_seconds(made.bag()) if folders else 0.0, made.largest_command())
+    stopped = None
+    if fault_at is not None and made.references:
+        moving = [stamp for stamp, _, velocity in made.references if velocity != 0.0]
+        stopped = max(0.0, moving[-1] - fault_at)
+    return Outcome(status, reason, stopped, made.largest_command(), made.largest_speed(), lost_s(made))
 
 
-def exciting(made: Rig) -> None:
+def exciting(made: Rig, **parameters: object) -> None:
     """A joint in mid-chirp."""
-    made.simulated_joint(other_joints=["shoulder"], **{"controller.joints": ["shoulder", "elbow"]})
-    made.exciter(**{"command.joints": ["shoulder", "elbow"]})
+    made.simulated_joint(other_joints=["shoulder"], **{"controller.joints": ["shoulder", JOINT]})
+    made.exciter(**{"command.joints": ["shoulder", JOINT], **parameters})
     refusal = made.start_exciting()
     assert not refusal, refusal
     assert made.until("exciting"), made.output("chirp_exciter")
-    made.spin(2.0)
+    made.spin(1.2)
 
 
 def state_fault(name: str) -> Callable[[Rig], Outcome]:
-    """The joint states stop, freeze, go NaN, jump in time or lose the joint in mid-chirp."""
+    """A fault of the joint states in mid-chirp."""
 
     def play(made: Rig) -> Outcome:
         exciting(made)
+        at = time.time()
         made.fault(name)
-        return outcome(made)
+        return outcome(made, at)
 
     return play
 
 
-def killed_robot(made: Rig) -> Outcome:
-    """kill -9 of the simulated joint in mid-chirp."""
-    exciting(made)
-    made.processes["simulated_joint"].kill()
-    return outcome(made)
-
-
-def killed_exciter(made: Rig) -> Outcome:
-    """kill -9 of the exciter in mid-chirp: the bag reads."""
-    exciting(made)
-    made.processes["chirp_exciter"].kill()
-    return outcome(made)
-
-
-def signalled(number: signal.Signals) -> Callable[[Rig], Outcome]:
-    """SIGINT or SIGTERM in mid-chirp."""
+def signalled(name: str, number: signal.Signals) -> Callable[[Rig], Outcome]:
+    """A signal to a node in mid-chirp."""
 
     def play(made: Rig) -> Outcome:
         exciting(made)
-        made.processes["chirp_exciter"].send_signal(number)
+        at = time.time()
+        made.processes[name].send_signal(number)
+        return outcome(made, at)
+
+    return play
+
+
+def killed_exciter(storage: str) -> Callable[[Rig], Outcome]:
+    """kill -9 of the exciter in mid-chirp."""
+
+    def play(made: Rig) -> Outcome:
+        exciting(made, **{"recording.storage": storage})
+        made.processes["chirp_exciter"].kill()
         return outcome(made)
 
     return play
 
 
-def start_outside(made: Rig) -> Outcome:
-    """The joint stands outside of its limits."""
-    made.simulated_joint(start_position=0.6)
-    made.exciter(auto_start=True)
+def killed_identifier(made: Rig) -> Outcome:
+    """kill -9 of the identifier while a joint is excited: the exciter goes on to its end."""
+    made.start("identifier", {"bag_directories": [str(made.folder)]})
+    exciting(made)
+    made.processes["identifier"].kill()
     return outcome(made)
 
 
-def start_unreachable(made: Rig) -> Outcome:
-    """The start position is one that the joint does not get to: its states freeze on the way."""
+def nobody_listens(made: Rig) -> Outcome:
+    """No controller takes the commands from the start."""
     made.simulated_joint()
-    made.exciter(start_position="0.15", **{"limits.tracking_error": 0.5})
+    made.exciter(auto_start=True, **{"command.topic": "/commands_of_nobody"})
+    return outcome(made)
+
+
+def lost_subscriber(made: Rig) -> Outcome:
+    """The controller that takes the commands leaves in mid-chirp, while joint states still come."""
+    made.relay("/relayed", COMMANDS)
+    exciting(made, **{"command.topic": "/relayed"})
+    at = time.time()
+    made.end_relay()
+    return outcome(made, at)
+
+
+def ignored(made: Rig) -> Outcome:
+    """A controller of two joints that is given commands for one: it ignores them."""
+    made.simulated_joint(other_joints=["shoulder"])
+    made.exciter()
     refusal = made.start_exciting()
     assert not refusal, refusal
-    made.until("moving_to_start")
+    return outcome(made)
+
+
+def refused(*, joint: dict[str, object] | None = None, **parameters: object) -> Callable[[Rig], Outcome]:
+    """An automatic start that must be refused."""
+
+    def play(made: Rig) -> Outcome:
+        made.simulated_joint(**(joint or {}))
+        made.exciter(auto_start=True, **parameters)
+        return outcome(made)
+
+    return play
+
+
+def blocked_way(made: Rig) -> Outcome:
+    """On the way to the start position the joint states freeze: it is never seen to get there."""
+    made.simulated_joint()
+    made.exciter(start_position=0.15)
+    refusal = made.start_exciting()
+    assert not refusal, refusal
+    assert made.until("moving_to_start"), made.output("chirp_exciter")
+    at = time.time()
     made.fault("freeze")
+    return outcome(made, at)
+
+
+def weak_drive(made: Rig) -> Outcome:
+    """A drive too weak for gravity at the start position: it sags and does not get there."""
+    made.simulated_joint(MY=200.0, **{"limits.effort": 120.0})
+    made.exciter(start_position=0.15, **{"limits.tracking_error": 5.0, "limits.effort": 500.0})
+    refusal = made.start_exciting()
+    assert not refusal, refusal
     return outcome(made)
 
 
 def full_disk(made: Rig) -> Outcome:
-    """The disk has less room than the recorder asks for, from the start."""
-    made.simulated_joint()
-    made.exciter(auto_start=True, environment={"FLEX_IDENT_LEAST_FREE_BYTES": str(2**60)})
-    return outcome(made)
+    """The bag's file cannot grow any more in mid-chirp, as on a disk that is full."""
+    exciting(made)
+    bag = next(made.bag().glob("*.mcap"))
+    most = bag.stat().st_size + MORE_BYTES
+    at = time.time()
+    resource.prlimit(made.processes["chirp_exciter"].pid, resource.RLIMIT_FSIZE, (most, most))
+    return outcome(made, at)
 
 
 def two_starts_and_stops(made: Rig) -> Outcome:
-    """A stop before a start, two starts, a stop."""
+    """A stop before a start, two starts, a parameter while it moves, a stop."""
     made.simulated_joint()
     made.exciter()
     made.spin(1.0)
-    success, message = made.call("/chirp_exciter/stop")
-    assert not success
-    assert "nothing to stop" in message
+    assert made.call("/chirp_exciter/stop") == (False, "nothing to stop: idle.")
     refusal = made.start_exciting()
     assert not refusal, refusal
-    made.until("moving_to_start")
+    assert made.until("moving_to_start"), made.output("chirp_exciter")
     success, message = made.call("/chirp_exciter/start")
     assert not success
     assert "already" in message
-    made.until("exciting")
+    assert "call ~/stop first" in made.set_parameter("chirp_exciter", "chirp.amplitude", 0.3)
+    assert made.until("exciting"), made.output("chirp_exciter")
     made.spin(1.0)
-    success, _ = made.call("/chirp_exciter/stop")
-    assert success
-    return outcome(made)
+    at = time.time()
+    assert made.call("/chirp_exciter/stop") == (True, "ramping down")
+    return outcome(made, at)
 
 
-FAULTS: dict[str, tuple[Callable[[Rig], Outcome], str]] = {
-    "joint states stop": (state_fault("stop"), "no joint state for"),
-    "joint states freeze": (state_fault("freeze"), "tracking error"),
-    "joint states go NaN": (state_fault("nan"), "is nan"),
-    "joint states jump in time": (state_fault("time_jump"), "jumps by"),
-    "joint states lose the joint": (state_fault("lose_joint"), "vanished"),
-    "kill -9 of the robot": (killed_robot, ""),
-    "kill -9 of the exciter": (killed_exciter, ""),
-    "SIGINT in mid-chirp": (signalled(signal.SIGINT), "stopped by SIGINT"),
-    "SIGTERM in mid-chirp": (signalled(signal.SIGTERM), "stopped by SIGTERM"),
-    "start outside the limits": (start_outside, "move it inside"),
-    "start position not reached": (start_unreachable, "was not reached"),
-    "no room on the disk": (full_disk, "MiB needed"),
-    "stop before start, two starts, stop": (two_starts_and_stops, "stopped by ~/stop"),
+@dataclass(frozen=True)
+class Fault:
+    """How a fault is played and what must come of it; `recorded`: the bag must read; None: nothing moved in it."""
+
+    play: Callable[[Rig], Outcome]
+    reason: str
+    status: int = ABORTED
+    recorded: bool | None = True
+    cut: bool = False
+    """Whether the recording ends before the motion."""
+
+
+FAULTS: dict[str, Fault] = {
+    "joint states stop": Fault(state_fault("stop"), "no joint state for"),
+    "joint states freeze": Fault(state_fault("freeze"), "frozen"),
+    "joint states go NaN": Fault(state_fault("nan"), "is nan"),
+    "joint states jump in time": Fault(state_fault("time_jump"), "jumps by +"),
+    "joint states lose the joint": Fault(state_fault("lose_joint"), "vanished"),
+    "kill -9 of the robot": Fault(signalled("simulated_joint", signal.SIGKILL), "no joint state for"),
+    "kill -9 of the exciter, MCAP": Fault(killed_exciter("mcap"), "", status=-9, cut=True),
+    "kill -9 of the exciter, sqlite3": Fault(killed_exciter("sqlite3"), "", status=-9, cut=True),
+    "kill -9 of the identifier": Fault(killed_identifier, "", status=0),
+    "SIGINT in mid-chirp": Fault(signalled("chirp_exciter", signal.SIGINT), "stopped by SIGINT"),
+    "SIGTERM in mid-chirp": Fault(signalled("chirp_exciter", signal.SIGTERM), "stopped by SIGTERM"),
+    "the disk is full in mid-chirp": Fault(full_disk, "failed (File too large)", cut=True),
+    "too little room on the disk": Fault(
+        refused(**{"recording.least_free_mib": 1e6}), "MiB needed: make room", recorded=False
+    ),
+    "nobody takes the commands": Fault(nobody_listens, "nobody listens on /commands_of_nobody:", recorded=False),
+    "the controller leaves in mid-chirp": Fault(lost_subscriber, "nobody listens on /relayed any more"),
+    "the controller ignores the commands": Fault(ignored, "does not follow", recorded=None),
+    "stands outside its limits": Fault(refused(joint={"start_position": 0.6}), "move it inside", recorded=False),
+    "start position outside the limits": Fault(refused(start_position=1.0), "cannot be reached", recorded=False),
+    "joint states freeze on the way to the start": Fault(blocked_way, "frozen"),
+    "a start position never reached": Fault(weak_drive, "was not reached"),
+    "stop before start, two starts, stop": Fault(two_starts_and_stops, "stopped by ~/stop"),
 }
 
 
-def inside_limits(found: Outcome) -> bool:
-    """Whether no command ever left the limits."""
-    return found.largest_command <= POSITION_LIMIT
+def table(outcomes: dict[str, Outcome]) -> str:
+    """The outcomes as Markdown."""
+    rows = [
+        "| fault | exit status, reason | to standstill, s | largest command, rad | fastest, rad/s | lost, s |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, o in outcomes.items():
+        reason = o.reason.split("/tmp")[0] + "..." if "/tmp" in o.reason else o.reason
+        stop = "" if o.seconds_to_stop is None else f"{o.seconds_to_stop:.2f}"
+        lost = f"{o.lost_s:.2f}" if o.lost_s is not None and FAULTS[name].cut else ""
+        rows.append(
+            f"| {name} | {o.status}: {reason or 'none'} | {stop} | {o.largest:.3f} | {o.fastest:.2f} | {lost} |"
+        )
+    return "\n".join(rows)
+
+
+TEXT = """# What happens when something goes wrong
+
+Played by `python test/nodes/faults.py` (and each by `test/nodes/test_faults.py`) on `simulated_joint` over DDS, with
+nodes as processes of their own. The joint may move ±{position} rad at {velocity} rad/s; commands at 500 Hz. The speed
+is the larger of what the reference says and the step from one commanded position to the next.
+
+{table}
+
+'To standstill' is from the fault to the last reference that moves, detection included: {timeout} s of silence are
+allowed. 'Lost' is by how much the bag ends before the last reference that a third process received.
+A negative exit status is that of a process killed; 0 is a run that ended as if nothing had happened.
+"""
+
+
+def main() -> int:
+    """Play all faults and write the table."""
+    outcomes: dict[str, Outcome] = {}
+    for name, fault in FAULTS.items():
+        with tempfile.TemporaryDirectory() as folder, rig(Path(folder)) as made:
+            outcomes[name] = fault.play(made)
+            print(name, outcomes[name], flush=True)
+            if fault.reason not in outcomes[name].reason or outcomes[name].status != fault.status:
+                print(f"{name}: expected status {fault.status}, '{fault.reason}'; nothing is written", file=sys.stderr)
+                return 1
+    path = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
+    text = TEXT.format(position=POSITION_LIMIT, velocity=VELOCITY_LIMIT, table=table(outcomes), timeout=STATE_TIMEOUT_S)
+    path.write_text(text, encoding="utf-8")
+    return 0 if all(o.inside_limits for o in outcomes.values()) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

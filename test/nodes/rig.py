@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +19,19 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
 JOINT = "elbow"
 POSITION_LIMIT, VELOCITY_LIMIT = 0.4, 2.0
+STATE_TIMEOUT_S = 0.25
+"""More than the default: a test machine may be busy with other things for a tenth of a second."""
 CHIRP = {
     "chirp.start_frequency_hz": 0.5, "chirp.end_frequency_hz": 20.0, "chirp.duration_s": 8.0, "chirp.amplitude": 0.2,
     "chirp.profile": "constant_velocity",
 }  # fmt: skip
+COMMANDS = "/forward_position_controller/commands"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -39,11 +44,11 @@ class Rig:
         self.state: dict[str, str] = {}
         self.states: list[str] = []
         self.commands: list[tuple[float, float]] = []
+        self.references: list[tuple[float, float, float]] = []
         self.node = rclpy.create_node("rig")
         self.node.create_subscription(DiagnosticStatus, "/chirp_exciter/state", self._on_state, LATCHED)
-        self.node.create_subscription(
-            Float64MultiArray, "/forward_position_controller/commands", self._on_command, 1000
-        )
+        self.node.create_subscription(Float64MultiArray, COMMANDS, self._on_command, 5000)
+        self.node.create_subscription(JointState, "/chirp_exciter/reference", self._on_reference, 5000)
 
     def _on_state(self, status: DiagnosticStatus) -> None:
         self.state = {v.key: v.value for v in status.values}
@@ -53,13 +58,17 @@ class Rig:
     def _on_command(self, message: Float64MultiArray) -> None:
         self.commands.append((time.monotonic(), message.data[-1]))
 
-    def start(self, name: str, parameters: dict[str, Any], **environment: str) -> subprocess.Popen[bytes]:
+    def _on_reference(self, message: JointState) -> None:
+        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        self.references.append((stamp, message.position[0], message.velocity[0]))
+
+    def start(self, name: str, parameters: dict[str, Any]) -> subprocess.Popen[bytes]:
         """Start a node as a process; its output goes to NAME.log."""
         arguments = [sys.executable, "-m", f"flex_ident.nodes.{name}", "--ros-args"]
         for key, value in parameters.items():
             arguments += ["-p", f"{key}:={json.dumps(value)}"]
         with self.log(name).open("ab") as out:
-            process = subprocess.Popen(arguments, stdout=out, stderr=out, env={**os.environ, **environment})
+            process = subprocess.Popen(arguments, stdout=out, stderr=out)
         self.processes[name] = process
         return process
 
@@ -78,16 +87,17 @@ class Rig:
             "limits.velocity": VELOCITY_LIMIT, **more,
         })  # fmt: skip
 
-    def exciter(self, *, environment: dict[str, str] | None = None, **more: Any) -> None:
+    def exciter(self, **more: Any) -> None:
         """An exciter that waits for ~/start unless told otherwise."""
         given = {
             "joint": JOINT,
             **CHIRP,
             "limits.require_urdf": True,
+            "limits.state_timeout_s": STATE_TIMEOUT_S,
             "recording.directory": str(self.folder / "bags"),
             **more,
         }
-        self.start("chirp_exciter", given, **(environment or {}))
+        self.start("chirp_exciter", given)
 
     def spin(self, seconds: float) -> None:
         """Listen for a while."""
@@ -114,10 +124,11 @@ class Rig:
         assert answer is not None, f"{service} does not answer"
         return answer.success, answer.message
 
-    def start_exciting(self) -> str:
+    def start_exciting(self, seconds: float = 15.0) -> str:
         """Call ~/start until everything is ready; the last refusal, empty when it moves."""
         message = ""
-        for _ in range(40):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
             success, message = self.call("/chirp_exciter/start")
             if success:
                 return ""
@@ -126,11 +137,26 @@ class Rig:
 
     def fault(self, name: str) -> None:
         """Have the simulated joint play a fault."""
-        client = self.node.create_client(SetParameters, "/simulated_joint/set_parameters")
-        assert client.wait_for_service(5.0)
-        value = Parameter("fault", Parameter.Type.STRING, name).to_parameter_msg()
-        future = client.call_async(SetParameters.Request(parameters=[value]))
-        rclpy.spin_until_future_complete(self.node, future, timeout_sec=5.0)
+        assert self.set_parameter("simulated_joint", "fault", name) == ""
+
+    def relay(self, origin: str, goal: str) -> None:
+        """Hand the commands of one topic on to another, as long as this is listened to."""
+        publisher = self.node.create_publisher(Float64MultiArray, goal, 10)
+        self._relay = self.node.create_subscription(Float64MultiArray, origin, publisher.publish, 100)
+
+    def end_relay(self) -> None:
+        """Listen no more."""
+        self.node.destroy_subscription(self._relay)
+
+    def set_parameter(self, node: str, key: str, value: Any) -> str:
+        """Set a parameter at run time; why that was refused, else empty."""
+        client = self.node.create_client(SetParameters, f"/{node}/set_parameters")
+        assert client.wait_for_service(15.0)
+        message = Parameter(key, value=value).to_parameter_msg()
+        future = client.call_async(SetParameters.Request(parameters=[message]))
+        rclpy.spin_until_future_complete(self.node, future, timeout_sec=15.0)
+        answer = future.result().results[0]
+        return "" if answer.successful else answer.reason
 
     def ended(self, name: str, timeout_s: float = 15.0) -> int | None:
         """The exit status of a process; None when it still runs after the timeout."""
@@ -146,6 +172,12 @@ class Rig:
     def largest_command(self) -> float:
         """The largest commanded position, rad."""
         return max((abs(c) for _, c in self.commands), default=0.0)
+
+    def largest_speed(self) -> float:
+        """The largest commanded speed, rad/s: as the reference says, and from one commanded position to the next."""
+        said = max((abs(v) for _, _, v in self.references), default=0.0)
+        steps = pairwise(self.references)
+        return max(said, max((abs(b - a) / (t1 - t0) for (t0, a, _), (t1, b, _) in steps), default=0.0))
 
     def end(self) -> None:
         """Stop everything."""

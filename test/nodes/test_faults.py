@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("rclpy", reason="needs rclpy")
-from faults import FAULTS, inside_limits
+from faults import FAULTS
 from rig import rig
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
@@ -13,15 +13,19 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_fault(name: str, tmp_path: Path) -> None:
-    play, reason = FAULTS[name]
+    fault = FAULTS[name]
     with rig(tmp_path) as made:
-        found = play(made)
-        assert inside_limits(found), found
-        assert reason in found.reason, f"{found}\n{made.output('chirp_exciter')}"
-        assert "Traceback" not in made.output("chirp_exciter")
-        if name == "kill -9 of the exciter":
-            assert found.status == -9
-        else:
-            assert found.status == 3, found
-        if name not in ("start outside the limits", "no room on the disk", "start position not reached"):
-            assert found.seconds > 1.5, found
+        found = fault.play(made)
+        said = made.output("chirp_exciter")
+    assert found.inside_limits, found
+    assert fault.reason in found.reason, f"{found}\n{said}"
+    assert found.status == fault.status, f"{found}\n{said}"
+    assert "Traceback" not in said
+    if fault.recorded:
+        assert found.lost_s is not None
+        assert found.lost_s < 1.0, found
+    elif fault.recorded is False:
+        assert found.lost_s is None, found
+        assert found.largest == 0.0, "something was commanded"
+    if found.seconds_to_stop is not None:
+        assert found.seconds_to_stop < 3.0, found

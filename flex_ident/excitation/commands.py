@@ -1,0 +1,123 @@
+"""From the reference to commands of position, velocity or effort, for the joint that moves and those that hold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from flex_ident.errors import ConfigurationError
+from flex_ident.excitation.joint_states import JointSample
+from flex_ident.excitation.limits import Limits
+
+Interface = Literal["position", "velocity", "effort"]
+INTERFACES: tuple[Interface, ...] = ("position", "velocity", "effort")
+SLOWEST_GAIN = 1.0
+"""Near a bound of the position the speed towards it falls with the distance by this gain, 1/s, at least."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Around the reference: `position` in 1/s (velocity interface) or N m/rad, `velocity` in N m s/rad (effort).
+
+    `others_position` and `others_velocity` hold the other joints under effort commands, one of each a joint; raises
+    ConfigurationError when they are negative or no numbers.
+    """
+
+    position: float = 5.0
+    velocity: float = 0.0
+    others_position: tuple[float, ...] = ()
+    others_velocity: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for key, values in (
+            ("position_gain", (self.position,)), ("velocity_gain", (self.velocity,)),
+            ("hold_position_gains", self.others_position), ("hold_velocity_gains", self.others_velocity),
+        ):  # fmt: skip
+            if not all(math.isfinite(v) and v >= 0.0 for v in values):
+                raise ConfigurationError(f"command.{key} is {values}: expected numbers that are not negative.")
+
+
+class CommandLaw:
+    """Commands in the interface's unit; whatever comes in, they stay inside the limits.
+
+    Effort commands are a gentle hold around the reference, on top of the efforts that held the joints before.
+    """
+
+    def __init__(
+        self, interface: Interface, gains: Gains, limits: Limits, start: JointSample, *, carry: bool,
+        others_effort: tuple[float, ...] = (),
+    ) -> None:  # fmt: skip
+        """`start` is the joint at rest; `carry`: its efforts there go on, as a robot needs that has gravity to bear.
+
+        `others_effort` are the limits of the joints that hold, N m. Raises ConfigurationError when they have no gains.
+        """
+        self.interface = interface
+        self.gains = gains
+        self.limits = limits
+        self._start = start
+        n = len(start.others)
+        if interface == "effort" and (len(gains.others_position), len(gains.others_velocity)) != (n, n):
+            raise ConfigurationError(
+                f"command.hold_position_gains and hold_velocity_gains hold {len(gains.others_position)} and "
+                f"{len(gains.others_velocity)} numbers: effort commands need one of each for the {n} other joints."
+            )
+        self._base = _finite(start.effort) if carry else 0.0
+        self._others_base = tuple(_finite(e) if carry else 0.0 for e in start.others_effort) or (0.0,) * n
+        self._others_limits = others_effort if len(others_effort) == n else (math.inf,) * n
+
+    @property
+    def rest(self) -> float:
+        """The command of a joint at rest that nothing drives: no speed, or the effort that held it before."""
+        return 0.0 if self.interface == "velocity" else self._inside(self._base)
+
+    def following(self, position: float, velocity: float, sample: JointSample | None) -> float:
+        """The command that follows a reference, rad and rad/s; without a trusted sample one that drives nothing."""
+        if self.interface == "position":
+            return self.limits.held(position)
+        if sample is None or sample.position is None:
+            return self.rest
+        error = position - sample.position
+        if self.interface == "velocity":
+            return self.bounded_velocity(velocity + self.gains.position * error, sample)
+        speed = _finite(sample.velocity)
+        return self._inside(self._base + self.gains.position * error + self.gains.velocity * (velocity - speed))
+
+    def bounded_velocity(self, wanted: float, sample: JointSample | None) -> float:
+        """A speed inside its limit that also falls as a bound of the position comes near."""
+        wanted = _clipped(wanted, self.limits.velocity)
+        if sample is None or sample.position is None:
+            return wanted
+        gain = max(self.gains.position, SLOWEST_GAIN)
+        high = gain * max(0.0, self.limits.position_max - sample.position)
+        low = -gain * max(0.0, sample.position - self.limits.position_min)
+        return min(max(wanted, low), high)
+
+    def others(self, sample: JointSample | None, share: float) -> tuple[float, ...]:
+        """Commands of the joints that hold; `share` of their hold, 1 while moving, falls to 0 when it is let go."""
+        if self.interface == "position":
+            return self._start.others
+        if self.interface == "velocity":
+            return (0.0,) * len(self._start.others)
+        if sample is None or len(sample.others) != len(self._start.others):
+            return self._others_base
+        speeds = sample.others_velocity or (0.0,) * len(sample.others)
+        rows = zip(
+            self._others_base, self.gains.others_position, self.gains.others_velocity, self._start.others,
+            sample.others, speeds, self._others_limits, strict=True,
+        )  # fmt: skip
+        return tuple(
+            _clipped(base + share * (gain * _finite(goal - here) - damping * _finite(speed)), limit)
+            for base, gain, damping, goal, here, speed, limit in rows
+        )
+
+    def _inside(self, effort: float) -> float:
+        return _clipped(effort, self.limits.effort)
+
+
+def _clipped(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
+
+
+def _finite(value: float) -> float:
+    return value if math.isfinite(value) else 0.0

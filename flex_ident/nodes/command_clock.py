@@ -1,0 +1,99 @@
+"""Ticks of a steady clock in a thread of their own; a late tick skips, and how late they were is counted."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+PRIORITY = 20
+"""Real-time priority of the thread, where the system allows one."""
+
+
+@dataclass
+class Punctuality:
+    """How late ticks came, s; each beside the one that was due when it came."""
+
+    rate_hz: float
+    late: list[float] = field(default_factory=list)
+    began: float = 0.0
+    ended: float = 0.0
+    skipped: int = 0
+
+    def add(self, now: float, late: float, skipped: int) -> None:
+        """Count a tick, and those that it came too late for."""
+        if not self.late:
+            self.began = now
+        self.ended = now
+        self.late.append(late)
+        self.skipped += skipped
+
+    @property
+    def achieved_hz(self) -> float:
+        """Ticks a second."""
+        span = self.ended - self.began
+        return (len(self.late) - 1) / span if span > 0.0 else 0.0
+
+    def __str__(self) -> str:
+        if len(self.late) < 2:
+            return "no commands were timed"
+        p50, p99, most = 1e6 * np.percentile(self.late, (50, 99, 100))
+        return (
+            f"{len(self.late)} commands at {self.achieved_hz:.1f} of {self.rate_hz:g} Hz, {self.skipped} skipped; "
+            f"jitter {p50:.0f} us (50 %), {p99:.0f} us (99 %), {most:.0f} us (most)"
+        )
+
+
+class CommandClock:
+    """Calls `tick(now, late, skipped)` at a rate until it returns False or the clock is stopped; times in s."""
+
+    def __init__(self, rate_hz: float, tick: Callable[[float, float, int], bool]) -> None:
+        self._period = 1.0 / rate_hz
+        self._tick = tick
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="commands", daemon=True)
+        self.error: Exception | None = None
+        self.real_time = False
+
+    def start(self) -> None:
+        """Begin to tick."""
+        self._thread.start()
+
+    @property
+    def ticking(self) -> bool:
+        """Whether the thread runs."""
+        return self._thread.is_alive()
+
+    def stop(self, timeout_s: float = 1.0) -> None:
+        """End at the next tick."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+
+    def _run(self) -> None:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+            self.real_time = True
+        except (OSError, AttributeError):
+            pass  # an ordinary user may not: jitter is measured and reported either way
+        try:
+            self._tick_on()
+        except Exception as error:
+            self.error = error
+
+    def _tick_on(self) -> None:
+        begin, k = time.monotonic(), 0
+        while not self._stopping.is_set():
+            due = begin + k * self._period
+            wait = due - time.monotonic()
+            if wait > 0.0:
+                time.sleep(wait)
+            now = time.monotonic()
+            skipped = int((now - due) / self._period)
+            k += 1 + skipped
+            if not self._tick(now, now - due, skipped):
+                return
