@@ -11,9 +11,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from hidden_effects import Scales
 from numba import njit
 
 from flex_ident.recording import Recording
+from flex_ident.virtual_joint import JOINTS, Experiment
 
 GRAVITY = 9.81
 STEPS = 20
@@ -26,13 +28,20 @@ NAMES = (
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(NAMES)}
 
-JOINTS: dict[str, dict[str, float]] = {
-    "paper": {"Jm": 174.8, "K": 20341.0, "JL": 47.45, "FVm": 235.9, "FSm": 41.4, "FV": 83.15, "FS": 8.46,
-              "MX": -0.724, "MY": -53.4},
-    "cobot": {"Jm": 1.0, "K": 1.0e4, "JL": 1.0, "FVm": 8.0, "FSm": 4.0, "FV": 2.0, "FS": 1.0, "MX": 0.5, "MY": 3.0},
-    "series_elastic": {"Jm": 0.1, "K": 300.0, "JL": 0.1, "FVm": 0.5, "FSm": 0.3, "FV": 0.05, "FS": 0.05, "MX": 0.02,
-                       "MY": 0.2},
+KEYS = {
+    "stribeck_friction.amplitude": "stribeck", "stribeck_friction.velocity": "stribeck_velocity",
+    "torque_offset.offset": "offset", "viscous_asymmetry.coefficient": "asymmetry",
+    "viscous_nonlinearity.coefficient": "quadratic", "load_dependent_friction.coefficient": "load",
+    "friction_drift.rate": "drift", "nonlinear_stiffness.cubic": "cubic", "backlash.gap": "gap",
+    "hysteresis.torque": "slip_torque", "hysteresis.deflection": "slip_deflection", "joint_damping.damping": "damping",
+    "torque_ripple.amplitude": "ripple", "torque_ripple.cycles_per_turn": "ripple_cycles",
+    "torque_ripple.phase": "ripple_phase", "kinematic_error.amplitude": "kinematic",
+    "kinematic_error.cycles_per_turn": "kinematic_cycles", "kinematic_error.phase": "kinematic_phase",
+    "saturation.limit": "limit", "second_mode.inertia": "second_inertia", "second_mode.stiffness": "second_stiffness",
+    "second_mode.damping": "second_damping", "friction_jump.torque": "angle_jump",
+    "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
 }  # fmt: skip
+"""The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew` and `load_dead_time` come after it."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +94,7 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
             smooth = p[9] + p[21] * math.sin(p[22] * a + p[23])
             smooth += warm * (p[3] * va + p[12] * abs(va) + p[13] * va * abs(va))
             if p[33] > 0.0:
-                zmax = p[33] / (p[33] / p[34])
-                zdot = va - abs(va) / zmax * bristle
-                bristle += h * zdot
+                bristle += h * (va - abs(va) / p[34] * bristle)
                 smooth += p[33] / p[34] * bristle
             dry = p[4] + p[14] * abs(s) + (p[10] * math.exp(-((va / p[11]) ** 2)) if p[10] != 0.0 else 0.0)
             if a > p[32]:
@@ -112,50 +119,51 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
     return motor, link, torque
 
 
-def reference(excitation: str, rate_hz: float, seconds: float) -> np.ndarray:
-    """Commanded position (n,), rad: `chirp` (0.05 to 30 Hz, ±0.1 rad) or `rich` (slow sine, chirp, small chirp)."""
-    if excitation == "chirp":
-        return _chirp(0.1, seconds, rate_hz)
-    slow = 0.5 * np.sin(2 * np.pi * 0.1 * np.arange(int(20 / 60 * seconds * rate_hz)) / rate_hz)
-    return np.concatenate((slow, _chirp(0.1, 22 / 60 * seconds, rate_hz), _chirp(0.03, 18 / 60 * seconds, rate_hz)))
+def _driven(
+    values: dict[str, float], ref: np.ndarray, rate_hz: float, disturbance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    p = np.array([values.get(name, 0.0) for name in NAMES])
+    omega = 2 * np.pi * 15.0
+    kv = values["Jm"] * omega * 1.2
+    return _run(p, ref, 1 / rate_hz, omega / 4, kv, kv * omega / 20, disturbance)
 
 
-def _chirp(amplitude: float, seconds: float, rate_hz: float, start: float = 0.1, end: float = 30.0) -> np.ndarray:
-    t = np.arange(int(seconds * rate_hz)) / rate_hz
-    growth = math.log(end / start) / seconds
-    phase = 2 * np.pi * start * np.expm1(growth * t) / growth
-    omega = 2 * np.pi * start * np.exp(growth * t)
-    fade = 0.5 - 0.5 * np.cos(np.pi * np.clip(np.minimum(t, t[-1] - t) / 1.0, 0.0, 1.0))
-    # Constant amplitude up to 2 Hz, constant acceleration beyond 6: what a drive can follow.
-    fall = np.minimum(1.0, 2 * np.pi * 2.0 / omega) * np.minimum(1.0, 2 * np.pi * 6.0 / omega)
-    return amplitude * np.sin(phase) * fade * fall
+def scales_of(joint: str, experiment: Experiment) -> Scales:
+    """How large torque, speed and deflection of a joint are along an experiment."""
+    rate = experiment.sample_rate_hz
+    values = {"stribeck_velocity": 1.0, "angle_jump_at": 1e9, **JOINTS[joint].parameters}
+    ref = experiment.reference()
+    motor, link, torque = _driven(values, ref, rate, np.zeros(ref.size))
+    return Scales(
+        float(np.std(torque)), float(np.std(np.gradient(motor)) * rate), float(np.std(motor - link)),
+        float(np.max(np.abs(torque))), experiment.duration_s, 1.0 / rate,
+    )  # fmt: skip
 
 
 def hidden_recording(
-    joint: str, hidden: dict[str, float], *, excitation: str = "chirp", seed: int = 0, rate_hz: float = 1000.0,
-    seconds: float = 60.0, noise: Noise | None = None, repeats: int = 1,
+    joint: str, hidden: dict[str, float], experiment: Experiment, *, changed: dict[str, float] | None = None,
+    seed: int = 0, noise: Noise | None = None, link: bool = True,
 ) -> Recording:  # fmt: skip
-    """The joint with `hidden` terms, as recorded. `delay` and `skew`, s, shift the recorded torque and link."""
+    """The joint with `hidden` terms (catalogue keys) and `changed` parameters, as recorded."""
     noise = noise or Noise()
     rng = np.random.default_rng(seed)
-    values = {"stribeck_velocity": 1.0, "angle_jump_at": 1e9, **JOINTS[joint], **hidden}
-    p = np.array([values.get(name, 0.0) for name in NAMES])
-    ref = np.tile(reference(excitation, rate_hz, seconds / repeats), repeats)
-    omega = 2 * np.pi * 15.0
-    kv = values["Jm"] * omega * 1.2
-    quiet = _run(p, ref, 1 / rate_hz, omega / 4, kv, kv * omega / 20, np.zeros(ref.size))[2]
-    size = float(np.std(quiet))
-    drift = rng.normal(0.0, noise.disturbance * size, ref.size)
-    motor, link, torque = _run(p, ref, 1 / rate_hz, omega / 4, kv, kv * omega / 20, drift)
+    rate, ref = experiment.sample_rate_hz, experiment.reference()
+    values = {"stribeck_velocity": 1.0, "angle_jump_at": 1e9, **JOINTS[joint].parameters, **(changed or {})}
+    values.update({KEYS[key]: value for key, value in hidden.items() if key in KEYS})
+    size = float(np.std(_driven(values, ref, rate, np.zeros(ref.size))[2]))
+    pushes = rng.normal(0.0, noise.disturbance * size, ref.size)
+    motor, link_position, torque = _driven(values, ref, rate, pushes)
     held = 0.5 * (torque + np.concatenate((torque[:1], torque[:-1])))  # the mean around the instant of the encoder
-    time = np.arange(ref.size) / rate_hz
-    if hidden.get("delay"):
-        held = np.interp(time - hidden["delay"], time, held)
-    if hidden.get("skew"):
-        link = np.interp(time - hidden["skew"], time, link)
+    time = np.arange(ref.size) / rate
+    load = values["K"] * np.abs(motor - link_position)
+    late = hidden.get("time_delay.delay", 0.0) + hidden.get("load_dead_time.delay", 0.0) * load / max(load.mean(), 1e-9)
+    if np.any(late):
+        held = np.interp(time - late, time, held)
+    if "encoder_skew.skew" in hidden:
+        link_position = np.interp(time - hidden["encoder_skew.skew"], time, link_position)
     held = held + rng.normal(0.0, noise.torque * size, ref.size)
     return Recording(
-        joint=joint, sample_rate_hz=rate_hz, motor_torque=held,
+        joint=joint, sample_rate_hz=rate, motor_torque=held,
         motor_position=np.round(motor / noise.motor_step + rng.uniform()) * noise.motor_step,
-        link_position=np.round(link / noise.link_step + rng.uniform()) * noise.link_step,
+        link_position=np.round(link_position / noise.link_step + rng.uniform()) * noise.link_step if link else None,
     )  # fmt: skip

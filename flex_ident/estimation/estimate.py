@@ -55,16 +55,25 @@ def rigid_start(problem: FitProblem, keys: Sequence[str]) -> dict[str, float]:
 
 
 def fit_problem(
-    recording: Recording, *, sensors: str, rigid: bool = False, first_mode_hz: float | None = None
+    recording: Recording,
+    *,
+    sensors: str,
+    rigid: bool = False,
+    first_mode_hz: float | None = None,
+    stiffest: float | None = None,
 ) -> FitProblem:
-    """The problem over the band that the recording excites. Raises ExcitationError."""
+    """The problem over the band that the recording excites; `stiffest` is the fastest mode to integrate, in bands.
+
+    Raises ExcitationError.
+    """
     band = excited_band_hz(recording)
     if first_mode_hz is not None and first_mode_hz > 1.5 * band and not rigid:
         raise ExcitationError(
             f"the first mode, {first_mode_hz:.3g} Hz, lies above what the motion excites, {band:.3g} Hz: "
             "record a chirp that sweeps well beyond it."
         )
-    return FitProblem(recording, sensors=sensors, rigid=rigid, band_hz=band)
+    fastest = None if stiffest is None else stiffest * band
+    return FitProblem(recording, sensors=sensors, rigid=rigid, band_hz=band, stiffest_hz=fastest)
 
 
 def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: float | None = None) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,8 @@ from flex_ident.recording import Floats
 
 LOGARITHMIC = ("Jm", "K", "JL", "J")
 """Keys fitted by their logarithm: positive by construction, and a factor is a factor."""
-RELATIVE_STEP = 1e-4
+RELATIVE_STEP = 3e-6
+"""Small: where two keys are nearly parallel, the curvature over a larger step passes for their difference."""
 MEMORY_S = 0.35
 """Memory of the whitening filter, s."""
 
@@ -183,11 +184,9 @@ class SimulationFit:
             x0[i] = np.clip(packed(key, values.get(key, 0.0), scale[i]), lower[i], upper[i])
         if not np.isfinite(self.whitened_residual(unpacked(x0), whitenings)).all():
             raise ExcitationError("the simulation of the starting model runs away: give --first-mode or --model.")
-        result = optimize.least_squares(
-            residual, x0, jacobian, bounds=(lower, upper), x_scale="jac", max_nfev=iterations, method="trf",
-            ftol=tolerance, xtol=1e-8, gtol=1e-10, loss="soft_l1" if robust else "linear", f_scale=2.0,
-        )  # fmt: skip
-        x = np.array(result.x)
+        x, rest, slope = self._minimum(
+            residual, jacobian, x0, lower, upper, iterations=iterations, tolerance=tolerance, robust=robust
+        )
         # trf stays a hair inside the bounds: a parameter that wants to leave is put on its bound.
         near = 1e-4
         at_bound = []
@@ -197,7 +196,24 @@ class SimulationFit:
             if x[i] - lower[i] < near or upper[i] - x[i] < near:
                 x[i] = lower[i] if x[i] - lower[i] < near else upper[i]
                 at_bound.append(key)
-        return self.linearised(keys, unpacked(x), whitenings, tuple(at_bound))
+        found = unpacked(x)
+        if at_bound or robust:
+            return self.linearised(keys, found, whitenings, tuple(at_bound))
+        count = rest.size - len(prior_keys)
+        units = np.where(logarithmic, [found[k] for k in keys], scale)
+        known = (rest[:count], slope[:count] / units)
+        return self.linearised(keys, found, whitenings, known=known)
+
+    def _minimum(
+        self, residual: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats, lower: Floats,
+        upper: Floats, *, iterations: int, tolerance: float, robust: bool,
+    ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+        """The point of least cost within the bounds, residual and Jacobian there."""
+        found = optimize.least_squares(
+            residual, start, jacobian, bounds=(lower, upper), x_scale="jac", max_nfev=iterations, method="trf",
+            ftol=tolerance, xtol=1e-8, gtol=1e-10, loss="soft_l1" if robust else "linear", f_scale=2.0,
+        )  # fmt: skip
+        return np.array(found.x), np.array(found.fun), np.array(found.jac)
 
     def linearised(
         self,
@@ -205,17 +221,19 @@ class SimulationFit:
         values: Mapping[str, float],
         whitenings: tuple[Whitening, ...],
         at_bound: tuple[str, ...] = (),
+        *,
+        known: tuple[Floats, Floats] | None = None,
     ) -> Fit:
-        """The whitened problem, linearised at `values`."""
+        """The whitened problem, linearised at `values`; `known` are residual and Jacobian where they are at hand."""
         information = np.zeros((len(keys), len(keys)))
         for i, key in enumerate(keys):
             if key in self.priors:
                 information[i, i] = 1.0 / self.priors[key].std ** 2
-        rest = self.whitened_residual(values, whitenings)
+        rest = known[0] if known else self.whitened_residual(values, whitenings)
         return Fit(
             free=tuple(keys),
             values=dict(values),
-            jacobian=self.whitened_jacobian(values, keys, whitenings),
+            jacobian=known[1] if known else self.whitened_jacobian(values, keys, whitenings),
             residual=rest,
             rows=self._rows(whitenings),
             prior_information=information,

@@ -17,6 +17,12 @@ from flex_ident.gap.options import GapOptions
 REPLACES = {"time_delay": "torque_delay", "encoder_skew": "link_skew"}
 """Effects that take over from a measurement key, which is confined to one sample."""
 PERIODIC = ("torque_ripple", "kinematic_error")
+SMOOTH_PROBE = 1e-3
+"""Size of the probe of an effect that enters smoothly: what resonates is linear in small changes only."""
+PLAUSIBLE = 0.05
+"""Largest size worth testing for, in the units of the smooth probes."""
+LIMIT_SHARES = np.array((0.4, 0.55, 0.7, 0.8, 0.88, 0.94))
+LIMIT_QUANTILES = (0.9, 0.95, 0.98, 0.99, 0.995)
 MOST_CYCLES = 90
 """Largest number of spatial frequencies tried for a periodic effect."""
 
@@ -32,8 +38,15 @@ class Candidate:
     probes: tuple[Mapping[str, float], ...]
     scaled: tuple[str, ...]
     one_sided: bool
+    smooth: bool = False
+    """The prediction changes in proportion to the size: the probe is small and says by how much it must grow."""
     base: Mapping[str, float] = field(default_factory=dict)
     """Values of the model's own keys from which a fit with this candidate had better start."""
+
+    @property
+    def plausible(self) -> float:
+        """By how much the probe is smaller than the largest effect that nobody would have overlooked."""
+        return PLAUSIBLE / SMOOTH_PROBE if self.smooth else 1.0
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -50,12 +63,12 @@ class Candidate:
         values = dict(self.probes[0])
         if f"{self.effect}.phase" in values:
             amplitude = f"{self.effect}.amplitude"
-            values[amplitude] *= max(math.hypot(*sizes), 0.05)
+            values[amplitude] *= math.hypot(*sizes)
             values[f"{self.effect}.phase"] = math.atan2(sizes[1], sizes[0])
             return values
         if len(self.probes) > 1:
             return {k: sum(a * p[k] for a, p in zip(sizes, self.probes, strict=True)) for k in values}
-        size = float(np.clip(sizes[0], 0.2, 3.0)) if self.one_sided else sizes[0]
+        size = sizes[0] if self.smooth else float(np.clip(sizes[0], 0.2, 3.0))
         return {k: v * size if k in self.scaled else v for k, v in values.items()}
 
 
@@ -82,6 +95,10 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
         full = {f"{name}.{k}": v for k, v in keys.items()}
         return Candidate(name, (full,), tuple(f"{name}.{k}" for k in (scaled or tuple(keys))), one_sided)
 
+    def slope(key: str, value: float, *, one_sided: bool = False) -> Candidate:
+        flat = f"{name}.{key}"
+        return Candidate(name, ({flat: SMOOTH_PROBE * value},), (flat,), one_sided, smooth=True)
+
     sides = ("",) if problem.rigid else ("", "_link")
     match name:
         case "stribeck_friction":
@@ -91,25 +108,27 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
                               scaled=(f"amplitude{side}",), one_sided=True)  # fmt: skip
         case "torque_offset":
             if "offset" not in values:
-                yield one({"offset": 0.02 * torque})
+                yield slope("offset", torque)
         case "viscous_asymmetry":
             for side in sides:
-                yield one({f"coefficient{side}": 0.02 * torque / speed})
+                yield slope(f"coefficient{side}", torque / speed)
         case "viscous_nonlinearity":
             for side in sides:
-                yield one({f"coefficient{side}": 0.02 * torque / speed**2})
+                yield slope(f"coefficient{side}", torque / speed**2)
         case "load_dependent_friction":
             for side in sides:
-                yield one({f"coefficient{side}": 0.02}, one_sided=True)
+                yield slope(f"coefficient{side}", 1.0, one_sided=True)
         case "friction_drift":
-            yield one({"rate": 0.1 / max(float(problem.time[-1]), 1.0)})
+            yield slope("rate", 1.0 / max(float(problem.time[-1]), 1.0))
         case "gravity":
             missing = [k for k in ("MX", "MY") if k not in values]
             if missing:
-                each = tuple({f"gravity.{k}": 0.02 * torque / 9.81 * (k == m) for k in missing} for m in missing)
-                yield Candidate(name, each, tuple(f"gravity.{k}" for k in missing), False)
+                each = tuple(
+                    {f"gravity.{k}": SMOOTH_PROBE * torque / 9.81 * (k == m) for k in missing} for m in missing
+                )
+                yield Candidate(name, each, tuple(f"gravity.{k}" for k in missing), False, smooth=True)
         case "nonlinear_stiffness":
-            yield one({"cubic": 0.05 * load / bend**3})
+            yield slope("cubic", load / bend**3)
         case "backlash":
             for share in (0.01, 0.03, 0.1, 0.3, 1.0):
                 yield one({"gap": share * bend}, one_sided=True)
@@ -118,19 +137,19 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
                 yield one({"torque": 0.02 * load, "deflection": share * bend}, scaled=("torque",), one_sided=True)
         case "joint_damping":
             omega = math.sqrt(values["K"] / values["JL"])
-            yield one({"damping": 0.02 * values["K"] / omega}, one_sided=True)
+            yield slope("damping", values["K"] / omega, one_sided=True)
         case "torque_ripple":
-            yield from _periodic(name, problem, 0.01 * torque)
+            yield from _periodic(name, problem, SMOOTH_PROBE * torque)
         case "kinematic_error":
-            yield from _periodic(name, problem, 0.02 * bend)
+            yield from _periodic(name, problem, SMOOTH_PROBE * bend)
         case "time_delay":
-            yield one({"delay": 2.0 * ts})
+            yield slope("delay", 30.0 * ts)
         case "encoder_skew":
-            yield one({"skew": 2.0 * ts})
+            yield slope("skew", 30.0 * ts)
         case "saturation":
-            largest = float(np.max(np.abs(problem.recording.motor_torque)))
-            for share in (0.4, 0.55, 0.7, 0.8, 0.88, 0.94):
-                yield one({"limit": share * largest}, one_sided=True)
+            recorded = np.abs(problem.recording.motor_torque)
+            for limit in (*(np.max(recorded) * LIMIT_SHARES), *np.quantile(recorded, LIMIT_QUANTILES)):
+                yield one({"limit": float(limit)}, one_sided=True)
         case "second_mode":
             yield from _second_modes(problem, values)
 
@@ -143,7 +162,7 @@ def _second_modes(problem: FitProblem, values: Mapping[str, float]) -> Iterator[
         omega = 2.0 * math.pi * frequency_hz
         keys = {f"{name}.inertia": inertia, f"{name}.stiffness": inertia * omega**2,
                 f"{name}.damping": 2.0 * ratio * inertia * omega}  # fmt: skip
-        return Candidate(name, (keys,), tuple(keys), True, base)
+        return Candidate(name, (keys,), tuple(keys), True, base=base)
 
     seen = _link_mode(problem, values)
     if seen is not None:
@@ -183,7 +202,7 @@ def _periodic(name: str, problem: FitProblem, amplitude: float) -> Iterator[Cand
     for cycles in np.geomspace(low, high, count):
         keys = {f"{name}.amplitude": amplitude, f"{name}.cycles_per_turn": float(cycles), f"{name}.phase": 0.0}
         quarter = {**keys, f"{name}.phase": 0.5 * math.pi}
-        yield Candidate(name, (keys, quarter), (f"{name}.amplitude",), False)
+        yield Candidate(name, (keys, quarter), (f"{name}.amplitude",), False, smooth=True)
 
 
 def refined_candidates(candidate: Candidate) -> Iterator[Candidate]:
@@ -203,4 +222,5 @@ def refined_candidates(candidate: Candidate) -> Iterator[Candidate]:
             tuple({**p, key: p[key] * factor} for p in candidate.probes),
             candidate.scaled,
             candidate.one_sided,
+            candidate.smooth,
         )

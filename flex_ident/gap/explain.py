@@ -38,6 +38,8 @@ from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 
 VALIDATION_ITERATIONS = 5
+STIFFEST = 1.25
+"""Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
 SMALL_GAP = 0.006
 """Share of the torque's rms under which what is left is the method's own error (reversals, numbers), not physics."""
 VISIBLE = 1.03
@@ -56,7 +58,9 @@ def explain(
     options = options or GapOptions()
     report: Progress = progress or (lambda _share, _text: None)
     sensors = chosen_sensors(recording, options.sensors)
-    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
+    problem = fit_problem(
+        recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, stiffest=STIFFEST
+    )
     report(0.02, "fitting the base model")
     solver, base = base_fit(problem, options)
     report(0.2, "screening")
@@ -69,9 +73,10 @@ def explain(
     report(0.92, "describing what is left")
     first = _torque_residual(problem, base.values)
     last = _torque_residual(problem, search.fit.values)
-    repeats_left = repeated(problem, last, problem.usable)
-    floor = repeats_left.noise if repeats_left else noise_floor(last, problem.usable, problem.rate_hz)
-    floor = min(floor, gaps[-1])
+    standstill = _standstill(search.solver, search.fit, last)
+    repeats_left = repeated(problem, last - standstill, problem.usable)
+    noise = repeats_left.noise if repeats_left else noise_floor(last - standstill, problem.usable, problem.rate_hz)
+    floor = min(math.hypot(noise, float(np.sqrt(np.mean(standstill[problem.usable] ** 2)))), gaps[-1])
     final = _final(recording, problem, search, trained[-1], held, sensors)
     steps = _steps(search, gaps)
     findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
@@ -112,12 +117,17 @@ def explain(
         final=final,
         unexplained=unexplained,
         where_left=where_left,
-        repeats=repeated(problem, first, problem.usable),
+        repeats=repeated(problem, first - _standstill(solver, base, first), problem.usable),
         repeats_left=repeats_left,
         notices=notices,
         curves=_curves(problem, base.values, search.fit.values),
         profiles=_profiles(before_variables, after_variables, first, last, problem.usable),
     )
+
+
+def _standstill(solver: GapFit, fit: Fit, residual: Floats) -> Floats:
+    """The part (m,), N m, of a residual that friction at standstill takes, which no model can know."""
+    return solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
 
 
 def _after(search: Search, index: int) -> Fit:
@@ -129,7 +139,7 @@ def _after(search: Search, index: int) -> Fit:
 
 def _trained(solver: GapFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
     """The same keys fitted without the validation part."""
-    own = GapFit(problem.restricted(problem.usable & ~held), priors=solver.priors)
+    own = GapFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
     return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
 
 
@@ -204,7 +214,7 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
     effect = effect_named(name)
     trial = accepted.trial
     text = (
-        f"{effect.summary}: on data not fitted the gap falls from {before:.3g} to {after:.3g} N m; blocks of a second "
+        f"{effect.summary}: on data not fitted the gap falls from {before:.3g} to {after:.3g} N m; blocks of 0.25 s "
         f"left out of the fit are predicted better by {100 * trial.held_out.share:.0f} % (t = {trial.held_out.t:.1f}), "
         f"the BIC falls by {trial.evidence:.0f}; {100 * max(0.0, min(1.0, trial.share)):.0f} % of the closable gap"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,34 +14,108 @@ from flex_ident.estimation.fit import MEMORY_S, Fit, Prior, SimulationFit
 from flex_ident.estimation.nuisances import measurement_priors
 from flex_ident.estimation.problem import FitProblem, values_of
 from flex_ident.estimation.whitening import Whitening
+from flex_ident.gap.minimising import bounded_minimum
 from flex_ident.gap.noise import noise_whitening
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.reversals import Mark, ReversalWeights, dry_friction, friction_marks
 from flex_ident.recording import Floats
 
+Indices = NDArray[np.int64]
 FOLDS = 5
+FOLD_S = 0.25
+"""Every fifth quarter of a second is left out together: of a resonance passed once the rest stays in."""
 BLOCK_S = 0.25
+"""Left-out costs are compared block by block: a resonance is crossed in a few seconds."""
+
+
+class NoiseWhitening(Whitening):
+    """A whitening filter of the torque's noise that knows where friction of a size, N m, is unknown."""
+
+    def __init__(self, filtered: Whitening, marks: tuple[Mark, ...], friction: float) -> None:
+        super().__init__(filtered.coefficients, filtered.scale)
+        self.__dict__.update(_marks=marks, _friction=friction, _weights={})
+
+    def weights(self, rows: Indices) -> ReversalWeights:
+        """What takes unknown friction out of residuals of these rows."""
+        known: tuple[Indices, ReversalWeights] | None = self.__dict__["_weights"].get(rows.size)
+        if known is None or not np.array_equal(known[0], rows):
+            known = (rows, ReversalWeights(self.__dict__["_marks"], self.__dict__["_friction"], self, rows))
+            self.__dict__["_weights"][rows.size] = known
+        return known[1]
 
 
 class GapFit(SimulationFit):
-    """A fit whose whitening follows the steady noise of the residual, so that model error keeps its weight."""
+    """A fit whose weights follow the steady noise of the residual, so that model error keeps its weight."""
+
+    def __init__(
+        self,
+        problem: FitProblem,
+        *,
+        priors: Mapping[str, Prior] | None = None,
+        marks: tuple[Mark, ...] | None = None,
+    ) -> None:
+        super().__init__(problem, priors=priors)
+        self.marks = friction_marks(problem) if marks is None else marks
 
     def whitenings(self, values: Mapping[str, float]) -> tuple[Whitening, ...]:
         """The whitening filter of each channel's noise at these values."""
-        rate = self.problem.rate_hz
-        order = int(np.clip(round(MEMORY_S * rate), 4, 48))
-        return tuple(noise_whitening(r, self.problem.usable, rate, order) for r in self.problem.residuals(values))
+        problem = self.problem
+        order = int(np.clip(round(MEMORY_S * problem.rate_hz), 4, 48))
+        torque, *others = problem.residuals(values)
+        friction = dry_friction(values)
+        rest, found = torque, noise_whitening(torque, problem.usable, problem.rate_hz, order)
+        if friction > 0.0:
+            rest = torque - self.standstill_friction(torque, NoiseWhitening(found, self.marks, friction))
+            found = noise_whitening(rest, problem.usable, problem.rate_hz, order)
+            found = NoiseWhitening(found, self.marks, friction)
+        return (found, *(noise_whitening(r, problem.usable, problem.rate_hz, order) for r in others))
+
+    def standstill_friction(self, residual: Floats, whitening: Whitening) -> Floats:
+        """The part (m,) of a torque residual (m,), N m, that friction at standstill most probably took."""
+        if not isinstance(whitening, NoiseWhitening):
+            return np.zeros_like(residual)
+        rows = self._rows((whitening,))[0]
+        return whitening.weights(rows).friction(whitening(residual)[rows], residual.size)
+
+    def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
+        """All channels' whitened residuals in one vector (r,), with little weight on friction at standstill."""
+        return self._weighted(super().whitened_residual(values, whitenings), whitenings)
+
+    def whitened_jacobian(
+        self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]
+    ) -> Floats:
+        """Derivative (r, p) of the whitened residual with respect to the keys' values."""
+        return self._weighted(super().whitened_jacobian(values, keys, whitenings), whitenings)
+
+    def _minimum(
+        self, residual: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats, lower: Floats,
+        upper: Floats, *, iterations: int, tolerance: float, robust: bool,
+    ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+        return bounded_minimum(
+            residual, jacobian, start, lower, upper, iterations=iterations, tolerance=tolerance
+        )  # fmt: skip
+
+    def _weighted(self, whitened: Floats, whitenings: tuple[Whitening, ...]) -> Floats:
+        torque = whitenings[0]
+        if not isinstance(torque, NoiseWhitening):
+            return whitened
+        rows = self._rows(whitenings)[0]
+        return np.concatenate((torque.weights(rows)(whitened[: rows.size]), whitened[rows.size :]))
 
 
 def gap_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Prior]:
     """Priors of the measurement keys, delays within one sample: more is an effect. An accepted one replaces its key."""
     priors = measurement_priors(problem, delay_samples=1.0)
+    if not problem.rigid:
+        spread = 0.02 * float(np.std(problem.motion.velocity)) + 1e-9
+        priors["initial_velocity"] = Prior(0.0, spread, -20.0 * spread, 20.0 * spread)
     if "time_delay" in effects:
         priors.pop("torque_delay", None)
     if "encoder_skew" in effects:
         priors.pop("link_skew", None)
     if "saturation" in effects:  # a limit near zero would clip the measurement itself away
         largest = float(np.max(np.abs(problem.recording.motor_torque)))
-        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, 0.35 * largest, 1.1 * largest)
+        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, 0.1 * largest, 1.1 * largest)
     return priors
 
 
@@ -99,15 +173,10 @@ def log_likelihood_gain(before: Fit, after: Fit) -> float:
     return count * math.log(rss0 / rss1)
 
 
-def block_numbers(problem: FitProblem, fit: Fit) -> NDArray[np.int64]:
-    """The block of time (r,) that each whitened residual belongs to."""
-    return np.concatenate([(problem.time[rows] / BLOCK_S).astype(np.int64) for rows in fit.rows])
-
-
 def left_out_costs(problem: FitProblem, fit: Fit) -> Floats:
-    """Squared whitened residual of each block of a second, predicted by a fit that did not see it (blocks,).
+    """Squared whitened residual of each block of time, predicted by a fit that did not see it (blocks,).
 
-    One Gauss-Newton step from the optimum, exact for a linear problem; every fifth block is left out together.
+    One Gauss-Newton step from the optimum, exact for a linear problem.
     """
     inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
     jacobian = fit.jacobian[:, inside]
@@ -116,10 +185,11 @@ def left_out_costs(problem: FitProblem, fit: Fit) -> Floats:
     jacobian = jacobian / scale
     prior = fit.prior_information[np.ix_(inside, inside)] / np.outer(scale, scale)
     information = jacobian.T @ jacobian + prior + 1e-10 * np.eye(len(inside))
-    blocks = block_numbers(problem, fit)
+    time = np.concatenate([problem.time[rows] for rows in fit.rows])
+    blocks, folds = (time / BLOCK_S).astype(np.int64), (time / FOLD_S).astype(np.int64) % FOLDS
     costs = np.zeros(int(blocks.max()) + 1)
     for fold in range(FOLDS):
-        rows = blocks % FOLDS == fold
+        rows = folds == fold
         part, rest = jacobian[rows], fit.residual[rows]
         step = np.linalg.lstsq(information - part.T @ part, part.T @ rest, rcond=1e-12)[0]
         np.add.at(costs, blocks[rows], (rest + part @ step) ** 2)

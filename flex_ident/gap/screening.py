@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,17 +13,22 @@ from flex_ident.estimation.fit import Fit, SimulationFit
 from flex_ident.gap.candidates import REPLACES, Candidate, refined_candidates
 from flex_ident.recording import Floats
 
-TESTABLE = 0.05
-"""Share of an effect's signature, by norm, that must be orthogonal to the model's own parameters."""
+VISIBLE = 10.0
+"""Size of an effect's mark on the whitened residual, beyond what the model itself can do, from which it is testable."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """What a candidate promises: twice the log-likelihood it would gain, and how much of it the model cannot mimic."""
+    """What a candidate promises: twice the log-likelihood it would gain, and how much of it the model cannot mimic.
+
+    `orthogonal` is the share of its signature, by norm, beyond the model's own parameters; `mark` the size of that
+    part, in standard deviations of the noise, for the largest plausible effect.
+    """
 
     candidate: Candidate
     gain: float
     orthogonal: float
+    mark: float
     sizes: tuple[float, ...]
     direction: Floats
     """The explained part of the residual (r,), unit norm."""
@@ -49,8 +54,12 @@ def _best(found: Iterable[Score | None]) -> dict[tuple[str, str], Score]:
         if score is None:
             continue
         key = (score.candidate.effect, score.candidate.side)
-        if key not in best or score.gain > best[key].gain:
+        known = best.get(key)
+        if known is None:
             best[key] = score
+        else:
+            better = score if score.gain > known.gain else known
+            best[key] = replace(better, mark=max(score.mark, known.mark))
     return best
 
 
@@ -80,12 +89,13 @@ def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats)
         return None
     rest = columns - basis @ (basis.T @ columns)
     orthogonal = float(np.max(np.linalg.norm(rest, axis=0) / whole))
+    mark = candidate.plausible * float(np.max(np.linalg.norm(rest, axis=0)))
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     solution, *_ = np.linalg.lstsq(rest, -residual, rcond=1e-9)
     if candidate.one_sided and solution[0] <= 0.0:
-        return Score(candidate, 0.0, orthogonal, tuple(map(float, solution)), np.zeros_like(residual))
+        return Score(candidate, 0.0, orthogonal, mark, tuple(map(float, solution)), np.zeros_like(residual))
     explained = rest @ solution
     size = float(np.linalg.norm(explained))
     # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.
     direction = explained / size if size > 0.0 else explained
-    return Score(candidate, size**2, orthogonal, tuple(map(float, solution)), direction)
+    return Score(candidate, size**2, orthogonal, mark, tuple(map(float, solution)), direction)

@@ -13,8 +13,8 @@ from flex_ident.gap.candidates import Candidate, candidates
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.fitting import GapFit
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.screening import TESTABLE, Score, scores
-from flex_ident.gap.trials import Trial, excess_of, final_polish, tried
+from flex_ident.gap.screening import VISIBLE, Score, scores
+from flex_ident.gap.trials import Trial, best_start, excess_of, final_polish, sketched, tried
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
@@ -23,8 +23,10 @@ SHAPED = ("second_mode",)
 """Effects whose refit races from several shapes."""
 WORTH_A_TRIAL = 12.0
 """Twice the log-likelihood that screening must promise."""
-QUIET = 0.15
+QUIET = 0.3
 """Excess over the noise under which a second mode is not searched for deeply."""
+ENOUGH = 0.9
+"""Share of the closable gap from which what closed it is not doubted by a second mode."""
 NEAR_TIE = 6.0
 """Difference of the BIC under which two effects cannot be told apart."""
 
@@ -92,7 +94,7 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
     kept = []
     for score in found:
         name = score.candidate.effect
-        if score.orthogonal >= TESTABLE:
+        if score.mark >= VISIBLE:
             kept.append(score)
             search.untestable.pop(name, None)
         elif all(s.candidate.effect != name for s in kept):
@@ -110,26 +112,46 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
 
 
 def _trials(search: Search, found: list[Score], options: GapOptions, progress: Progress) -> list[Trial]:
-    """Refits of the best few, best first."""
-    chosen = [s for s in found if s.gain >= WORTH_A_TRIAL][:MOST_TRIALS]
-    names = {s.candidate.effect for s in chosen}
+    """Refits of the best few, best first: every promising candidate is sketched, the best sketches are finished."""
     loud = excess_of(search.solver, search.fit) > QUIET
-    late = [s for s in found if s.candidate.effect == "second_mode" and loud and "second_mode" not in names]
-    shapes: dict[str, list[Candidate]] = {}
-    for candidate in candidates(search.solver.problem, search.fit.values, options):
-        shapes.setdefault(candidate.effect, []).append(candidate)
-    trials: list[Trial] = []
-    for i, score in enumerate([*chosen, *late]):
-        name = score.candidate.effect
-        if score in late and any(t.share > 0.5 and not t.objection for t in trials):
-            continue
-        progress(0.2 + 0.8 * i / (len(chosen) + len(late)), f"trying {name.replace('_', ' ')}")
-        others = _spread(shapes[name]) if name in SHAPED and loud else ()
+    promising = [s for s in found if s.gain >= WORTH_A_TRIAL and not (loud and s.candidate.effect in SHAPED)]
+    sketches: list[tuple[float, Score, Fit]] = []
+    for i, score in enumerate(promising):
+        progress(0.1 + 0.4 * i / len(promising), f"trying {_words(score)}")
         try:
-            trials.append(tried(search.solver, search.fit, score, tried_effects=len(CATALOGUE), alternatives=others))
-        except ExcitationError:
+            drawn = sketched(search.solver, search.fit, score)
+        except ExcitationError:  # the simulation ran away from there
             continue
+        sketches.append((drawn.cost, score, drawn))
+    sketches.sort(key=lambda item: item[0])
+    for _, score, drawn in sketches[MOST_TRIALS:]:
+        share = 1.0 - drawn.cost / search.fit.cost
+        search.rejected[score.candidate.effect] = Rejected(score.candidate.effect, share, "other effects explain more")
+    trials: list[Trial] = []
+    for i, (_, score, drawn) in enumerate(sketches[:MOST_TRIALS]):
+        progress(0.5 + 0.1 * i, f"refitting with {_words(score)}")
+        trials.append(tried(search.solver, search.fit, score, [drawn.values], tried_effects=len(CATALOGUE)))
+    shaped = next((s for s in found if s.candidate.effect in SHAPED), None)
+    if loud and shaped is not None and not any(t.share > ENOUGH and not t.objection for t in trials):
+        progress(0.9, f"trying {_words(shaped)}")
+        shapes = [
+            c
+            for c in candidates(search.solver.problem, search.fit.values, options)
+            if c.effect == shaped.candidate.effect
+        ]
+        starts = [{**search.fit.values, **c.base, **c.start((1.0,))} for c in _spread(shapes)]
+        starts.append(best_start(search.solver, search.fit, shaped))
+        try:
+            trials.append(tried(search.solver, search.fit, shaped, starts, tried_effects=len(CATALOGUE)))
+        except ExcitationError:
+            search.rejected.setdefault(
+                shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, "no shape of it can be simulated")
+            )
     return sorted(trials, key=lambda t: -t.evidence)
+
+
+def _words(score: Score) -> str:
+    return score.candidate.effect.replace("_", " ")
 
 
 def _spread(shapes: list[Candidate]) -> list[Candidate]:
@@ -145,7 +167,8 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     found = scores(search.solver, search.fit, tries)
     if not found:
         raise DataError(f"--add {name}: makes no sense for this joint, or is part of the model already.")
-    trial = tried(search.solver, search.fit, found[0], tried_effects=1)
+    start = best_start(search.solver, search.fit, found[0])
+    trial = tried(search.solver, search.fit, found[0], [start], tried_effects=1)
     search.accepted.append(Accepted(trial, True, search.fit, ()))
     search.solver, search.fit = trial.solver, final_polish(trial.solver, trial.fit)
     return search

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,14 +26,18 @@ from flex_ident.gap.screening import Score
 EVIDENCE = 10.0
 """Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
 HELD_OUT_T = 2.5
-CLEAR_SHARE = 0.4
-"""Share of the cost on left-out data whose fall speaks for itself, be it all in a few seconds of resonance."""
+CLEAR_SHARE, CLEAR_T = 0.4, 1.8
+"""Share of the cost on left-out data whose fall speaks for itself, be it all in a resonance; not if in one block."""
 SMALLEST_SHARE = 0.2
 """Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
 SIGNIFICANT = 3.0
+OWN_ERROR = 1e-3
+"""Change of the prediction, relative, that the method's own error may make."""
 ITERATIONS = 10
-RACE, FINALISTS = 4, 2
-"""Iterations of the race among shapes of one effect, and how many go on from it."""
+SKETCH = 2
+"""Iterations of a sketch."""
+RACE = ((1, 4), (2, 2), (4, 1))
+"""Rounds of the race among shapes of one effect: iterations, and how many go on."""
 SIZES = (1.0, 0.4, 0.12)
 """Shares of the linear estimate of an effect's size from which the refit may start."""
 
@@ -72,23 +76,25 @@ def effects_in(fit: Fit) -> tuple[str, ...]:
 def extended_solver(solver: GapFit, fit: Fit, candidate: Candidate) -> tuple[GapFit, tuple[str, ...]]:
     """The solver and free keys with one more effect; a measurement key that the effect takes over is dropped."""
     effects = (*effects_in(fit), candidate.effect)
-    extended = GapFit(solver.problem, priors=gap_priors(solver.problem, effects))
+    extended = GapFit(solver.problem, priors=gap_priors(solver.problem, effects), marks=solver.marks)
     dropped = REPLACES.get(candidate.effect, "")
     keys = tuple(k for k in fit.free if k != dropped and k not in candidate.keys)
     return extended, (*keys, *candidate.keys)
 
 
-def tried(
-    solver: GapFit, fit: Fit, score: Score, *, tried_effects: int, alternatives: Sequence[Candidate] = ()
-) -> Trial:
-    """The candidate of a score, refitted with everything else from the fit so far.
+def sketched(solver: GapFit, fit: Fit, score: Score) -> Fit:
+    """A rough refit with a candidate: what it promises once the whole model follows. Raises ExcitationError."""
+    extended, keys = extended_solver(solver, fit, score.candidate)
+    start = best_start(solver, fit, score)
+    return extended.solve(keys, start, fit.whitenings, iterations=SKETCH, tolerance=1e-3)
 
-    `alternatives` are the same effect in other shapes: the refit starts from the one that helps most as it stands.
-    """
+
+def tried(
+    solver: GapFit, fit: Fit, score: Score, starts: Sequence[Mapping[str, float]], *, tried_effects: int
+) -> Trial:
+    """The candidate of a score, refitted with everything else from the best of `starts`. Raises ExcitationError."""
     candidate = score.candidate
     extended, keys = extended_solver(solver, fit, candidate)
-    starts = [_best_start(extended, fit, candidate, score.sizes)]
-    starts += [{**fit.values, **other.base, **other.start((1.0,))} for other in alternatives]
     after = _refitted(extended, keys, starts, fit)
     count = after.residual.size / correlation_factor(after)
     price = len(candidate.keys) * math.log(count) + 2.0 * math.log(max(tried_effects, 1))
@@ -107,9 +113,11 @@ def tried(
     )
 
 
-def _best_start(solver: GapFit, fit: Fit, candidate: Candidate, sizes: tuple[float, ...]) -> dict[str, float]:
-    """Where the refit starts: the effect at the linear estimate or less, the model following it."""
-    whole = candidate.start(sizes)
+def best_start(solver: GapFit, fit: Fit, score: Score) -> dict[str, float]:
+    """Where a refit starts: the effect at the linear estimate or less, the model following it."""
+    candidate = score.candidate
+    solver, _ = extended_solver(solver, fit, candidate)
+    whole = candidate.start(score.sizes)
     dropped = REPLACES.get(candidate.effect, "")
     kept = [i for i, k in enumerate(fit.free) if k != dropped and k not in fit.at_bound]
     jacobian = fit.jacobian[:, kept]
@@ -142,22 +150,22 @@ def _best_start(solver: GapFit, fit: Fit, candidate: Candidate, sizes: tuple[flo
     return best[1] if best is not None else {**fit.values, **whole}
 
 
-def _refitted(solver: GapFit, keys: tuple[str, ...], starts: Sequence[dict[str, float]], fit: Fit) -> Fit:
+def _refitted(solver: GapFit, keys: tuple[str, ...], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
         return solver.solve(keys, starts[0], fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
-    race = []
-    for start in starts:
-        try:
-            race.append(solver.solve(keys, start, fit.whitenings, iterations=RACE, tolerance=1e-3))
-        except ExcitationError:  # the simulation ran away from there
-            continue
-    race.sort(key=lambda f: f.cost)
-    ends = [
-        solver.solve(keys, f.values, fit.whitenings, iterations=3 * ITERATIONS, tolerance=1e-4)
-        for f in race[:FINALISTS]
-    ]
-    return min(ends, key=lambda f: f.cost)
+    race: list[Mapping[str, float]] = list(starts)
+    for iterations, kept in RACE:
+        fits = []
+        for start in race:
+            try:
+                fits.append(solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3))
+            except ExcitationError:  # the simulation ran away from there
+                continue
+        race = [f.values for f in sorted(fits, key=lambda f: f.cost)[:kept]]
+    if not race:
+        raise ExcitationError("no shape of the effect can be simulated.")
+    return solver.solve(keys, race[0], fit.whitenings, iterations=3 * ITERATIONS, tolerance=1e-4)
 
 
 def _closed(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float]:
@@ -180,8 +188,11 @@ def _objection(
         return (
             f"the likelihood gains too little for its parameters (BIC falls by {evidence:.0f}, {EVIDENCE:.0f} needed)"
         )
-    if held.share <= 0.0 or (held.t < HELD_OUT_T and held.share < CLEAR_SHARE):
+    if held.share <= 0.0 or held.t < (CLEAR_T if held.share > CLEAR_SHARE else HELD_OUT_T):
         return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {HELD_OUT_T} needed)"
+    change = _change(solver, before, fit)
+    if change < OWN_ERROR:
+        return f"it changes the prediction by {100 * change:.2f} % only, as much as the method itself may be wrong"
     rise = _torque_rms(solver, fit) / _torque_rms(solver, before) - 1.0
     if rise > 0.002:
         return f"the torque's gap grows by {100 * rise:.1f} % with it"
@@ -198,6 +209,16 @@ def _objection(
     if share < SMALLEST_SHARE:
         return f"it closes {100 * share:.0f} % of the gap only, {100 * SMALLEST_SHARE:.0f} % needed for a cause"
     return ""
+
+
+def _change(solver: GapFit, before: Fit, after: Fit) -> float:
+    """By how much the prediction changes, relative to the torque or the deflection, whichever changes more."""
+    problem, rows = solver.problem, solver.problem.usable
+    sizes = [float(np.std(problem.torque[rows]))]
+    if problem.link is not None:
+        sizes.append(float(np.std((problem.motion.position[:: problem.decimation] - problem.link)[rows])))
+    one, two = problem.residuals(before.values), problem.residuals(after.values)
+    return max(float(np.std((b - a)[rows])) / size for a, b, size in zip(one, two, sizes, strict=True))
 
 
 def _torque_rms(solver: GapFit, fit: Fit) -> float:

@@ -34,8 +34,8 @@ from flex_ident.nodes.recorder import RawTopics, Recorder
 from flex_ident.nodes.running import quick_executor, run_node
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-READY_S = 5.0
-"""Time in which joint states and a subscriber of the commands must be found before an automatic start gives up."""
+READY_S, PATIENCE_S = 30.0, 3.0
+"""Time after which an automatic start gives up: while something has yet to appear, and while the robot objects."""
 BEGIN_S = 1.0
 """Time in which a joint state must come after ~/start."""
 HOUSEKEEPING_S = 0.1
@@ -79,6 +79,7 @@ class ChirpExciter(Node):
         self._wanted = bool(values["auto_start"])
         self._ending_wanted = bool(values["exit_when_done"])
         self._since = time.monotonic()
+        self._objected_since: float | None = None
         self.ending = threading.Event()
         self.status = 0
         definition_and_digest(JOINT_STATE)  # now, not while a robot waits
@@ -157,6 +158,14 @@ class ChirpExciter(Node):
         with self._lock:
             if self.exciter.state in MOVING:
                 return self.exciter.objection(time.monotonic())
+        why = self._unready() or self._limits_problem
+        if why:
+            return why
+        with self._lock:
+            return self.exciter.objection(time.monotonic())
+
+    def _unready(self) -> str:
+        """What has yet to appear before anything may move; empty when all is there."""
         if self._clock_thread is not None:
             return "the recording of the run before is being closed: call again."
         if self._description is None:
@@ -167,12 +176,9 @@ class ChirpExciter(Node):
                 return "/robot_description is announced and has not arrived yet: call again."
             if missing:
                 return f"no /robot_description has arrived and {missing} not given: give them, or publish it."
-        if self._limits_problem:
-            return self._limits_problem
         if self._commands.get_subscription_count() == 0:
             return f"nobody listens on {self._commands.topic_name}: is the controller active?"
-        with self._lock:
-            return self.exciter.objection(time.monotonic())
+        return "" if self._states_type else f"nobody publishes {self._states_topic}: does the robot's driver run?"
 
     def _start(self) -> str:
         """Open the bag and have the next joint state begin the motion; the objection when that must not be."""
@@ -282,15 +288,27 @@ class ChirpExciter(Node):
                     self.exciter.stop(f"nobody listens on {self._commands.topic_name} any more")
         if self._pending_since is not None and now - self._pending_since > BEGIN_S:
             self._cancel(f"no joint state with '{self.exciter.settings.joint}' came for {BEGIN_S:g} s after ~/start.")
-        if self._wanted and self.exciter.state == "idle":
-            why = self._start()
-            if not why or now - self._since > READY_S:
-                self._wanted = False
-                if why:
-                    self._give_up(why)
+        if self._wanted:
+            self._start_when_ready(now)
         self._publish_state()
         if self._clock_thread is not None and not self._clock_thread.ticking:
             self._finish()
+
+    def _start_when_ready(self, now: float) -> None:
+        why = self._start()
+        if not why:
+            self._wanted = False
+            return
+        unready = bool(self._unready())
+        if not unready and self._objected_since is None:
+            self._objected_since = now
+        objected = self._objected_since is not None and now - self._objected_since > PATIENCE_S
+        if objected or (unready and self._ending_wanted and now - self._since > READY_S):
+            self._wanted = False
+            self._give_up(why)
+        elif why != self._refusal:
+            self._refusal = why
+            self.get_logger().info(f"waiting: {why}")
 
     def _publish_state(self) -> None:
         with self._lock:
@@ -310,8 +328,8 @@ class ChirpExciter(Node):
         )  # fmt: skip
         mark = (state, reason, int(100 * progress))
         if mark != self._published:
-            if self._published is not None and self._published[:2] != mark[:2]:
-                self.get_logger().info(status.message.replace("_", " "))
+            if self._published is not None and self._published[0] != state:
+                self.get_logger().info(state.replace("_", " ") + (f": {reason}" if reason else ""))
             self._published = mark
             self._state.publish(status)
         array = DiagnosticArray(status=[status])
