@@ -175,16 +175,19 @@ def right_first(result: dict[str, object]) -> bool:
 
 
 def summary(results: list[dict[str, object]], sensors: str) -> str:
-    """One row a class: how often it was named first and right, the gap closed, and what was said instead."""
+    """One row a class: how often it was named first and right, the gap closed, and what was said instead.
+
+    "not testable": not named, but said to be invisible in such data, with the experiment that would show it.
+    """
     own = [r for r in results if r["sensors"] == sensors]
     floors = clean_floor(results)
     lines = [
         f"{sensors}: {len(own)} draws", "",
-        "| hidden | right | draws | in a tie | visible | gap closed, median | said instead |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| hidden | right | draws | in a tie | not testable | visible | gap closed, median | said instead |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]  # fmt: skip
     singles = [c for c in CLASSES if any(r["effects"] == [c] for r in own)]
-    rights, total, closings = 0, 0, []
+    rights, total, told, closings = 0, 0, 0, []
     for name in singles:
         rows = [r for r in own if r["effects"] == [name]]
         right = [right_first(r) for r in rows]
@@ -192,15 +195,18 @@ def summary(results: list[dict[str, object]], sensors: str) -> str:
             (" + ".join(r["found"]) or str(r["verdict"])) for r, ok in zip(rows, right, strict=True) if not ok
         )
         tie = sum(not ok and name in r["ties"] for r, ok in zip(rows, right, strict=True))
+        untestable = sum(not ok and name in r.get("not_testable", ()) for r, ok in zip(rows, right, strict=True))
         closed = [c for c in (closed_share(r, floors) for r in rows) if not math.isnan(c)]
         text = f"{100 * statistics.median(closed):.0f} %" if closed else ""
         said = ", ".join(f"{k} ×{v}" for k, v in wrong.most_common())
-        lines.append(f"| {name} | {sum(right)} | {len(rows)} | {tie or ''} | {len(closed)} | {text} | {said} |")
+        counts = f"{sum(right)} | {len(rows)} | {tie or ''} | {untestable or ''} | {len(closed)}"
+        lines.append(f"| {name} | {counts} | {text} | {said} |")
         if name in CATALOGUE:
-            rights, total = rights + sum(right), total + len(rows)
+            rights, total, told = rights + sum(right), total + len(rows), told + untestable
             closings += closed
     if total:
         lines += ["", f"named first and right: {rights} of {total} ({100 * rights / total:.1f} %)"]
+        lines.append(f"of those that were not, said to be not testable with such data: {told}")
     if closings:
         lines.append(f"closable gap closed, median: {100 * statistics.median(closings):.0f} %")
     clean = [r for r in own if r["effects"] == [NONE]]

@@ -80,7 +80,8 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
         warm = 1.0 + p[15] * k * ts
         for _ in range(STEPS):
             x = a + p[24] * math.sin(p[25] * a + p[26])
-            xv = va * (1.0 + p[24] * p[25] * math.cos(p[25] * a + p[26]))
+            gear = 1.0 + p[24] * p[25] * math.cos(p[25] * a + p[26])
+            xv = va * gear
             d = x - b
             half = 0.5 * p[17]
             de = d - half if d > half else (d + half if d < -half else 0.0)
@@ -100,7 +101,7 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
             if a > p[32]:
                 dry += p[31]
             dry *= warm
-            free = va + h * (u + disturbance[k] - s - smooth) / p[0]
+            free = va + h * (u + disturbance[k] - gear * s - smooth) / p[0]
             jump = h * dry / p[0]
             va = 0.0 if abs(free) <= jump else free - math.copysign(jump, free)
             push = s - warm * (p[5] * vb + p[38] * abs(vb) + p[37] * vb * abs(vb))

@@ -18,7 +18,7 @@ def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
 KINEMATIC_ERROR = Effect(
     name="kinematic_error",
     summary="transmission error periodic in motor angle",
-    equation="d = qm + amplitude sin(cycles_per_turn qm + phase) - q",
+    equation="d = qm + e - q, e = amplitude sin(cycles_per_turn qm + phase); the motor bears tau (1 + de/dqm)",
     parameters=(
         EffectParameter("amplitude", "rad", "amplitude of the error", lower=0.0),
         EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", lower=0.1),

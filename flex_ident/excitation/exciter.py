@@ -105,13 +105,6 @@ class Exciter:
         self._following = Following(math.inf)
         self._after: State = "done"
 
-    def configure(self, settings: ExciterSettings, reference: Reference, limits: Limits) -> None:
-        """Take other settings, chirp and limits. Raises ConfigurationError while the joint moves."""
-        if self.state in MOVING:
-            raise ConfigurationError(f"'{self.settings.joint}' is {self.state.replace('_', ' ')}: call ~/stop first.")
-        self.settings, self.reference, self.limits = settings, reference, limits
-        self._watch.timeout_s = settings.state_timeout_s
-
     def observe(self, sample: JointSample) -> None:
         """Take a joint state."""
         self._watch.observe(sample)

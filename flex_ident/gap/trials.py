@@ -19,7 +19,6 @@ from flex_ident.gap.fitting import (
     gap_priors,
     held_out_comparison,
     log_likelihood_gain,
-    sum_of_squares,
 )
 from flex_ident.gap.screening import Score
 
@@ -240,8 +239,3 @@ def _weakest(solver: GapFit, fit: Fit, keys: Sequence[str]) -> tuple[str, float]
 def final_polish(solver: GapFit, fit: Fit) -> Fit:
     """The fit converged once more with the noise's whitening taken from what is left."""
     return solver.solve(fit.free, fit.values, solver.whitenings(fit.values), iterations=ITERATIONS, tolerance=1e-6)
-
-
-def energy(fit: Fit) -> float:
-    """Mean squared whitened residual."""
-    return sum_of_squares(fit) / fit.residual.size

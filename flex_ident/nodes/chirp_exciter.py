@@ -60,8 +60,7 @@ class ChirpExciter(Node):
         self._description: str | None = None
         self._take(experiment(self))
         values = self._experiment.values
-        self._command_type, self._topic = str(values["command.type"]), str(values["command.topic"])
-        self._commands = self.create_publisher(self._messages().message_class, self._topic, 10)
+        self._commands = self.create_publisher(self._messages().message_class, str(values["command.topic"]), 10)
         self._reference = self.create_publisher(JointState, "~/reference", 100)
         self._state = self.create_publisher(DiagnosticStatus, "~/state", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)

@@ -19,5 +19,8 @@ def compiled(function: F) -> F:
     """`function` compiled on its first call and cached on disk, or unchanged without numba."""
     if not COMPILED:
         return function
-    jitted: F = _njit(cache=True, nogil=True, error_model="numpy")(function)
+    try:
+        jitted: F = _njit(cache=True, nogil=True, error_model="numpy")(function)
+    except RuntimeError:  # no folder to cache in: a read-only installation without a home
+        jitted = _njit(nogil=True, error_model="numpy")(function)
     return jitted

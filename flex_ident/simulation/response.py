@@ -81,7 +81,12 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
         load = link.spring_torque
     else:
         load = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
-    torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + load + terms[Term.OFFSET]
+    reaction = load
+    if link is not None and terms[Term.KINEMATIC_ERROR] != 0.0:  # virtual work: a ratio that varies loads the motor so
+        cycles = terms[Term.KINEMATIC_CYCLES]
+        angle = cycles * motion.position + terms[Term.KINEMATIC_PHASE]
+        reaction = load * (1.0 + terms[Term.KINEMATIC_ERROR] * cycles * np.cos(angle))
+    torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + reaction + terms[Term.OFFSET]
     torque = torque + motor_friction(terms, motion, load, sign)
     if terms[Term.RIPPLE] != 0.0:
         angle = terms[Term.RIPPLE_CYCLES] * motion.position + terms[Term.RIPPLE_PHASE]

@@ -1,0 +1,62 @@
+"""The estimator's simulation with each effect predicts what a plant of its own, the virtual joint, does with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flex_ident.effects import CATALOGUE
+from flex_ident.estimation.estimate import fit_problem
+from flex_ident.estimation.problem import values_of
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+
+EXPERIMENT = Experiment(duration_s=16.0, sample_rate_hz=1000.0)
+CLEAN = MeasurementChain(1e-9, 1e-9, 0.0, 0.0)
+EFFECTS: dict[str, dict[str, float]] = {
+    "stribeck_friction": {"amplitude": 3.0, "velocity": 0.1},
+    "torque_offset": {"offset": 4.0},
+    "viscous_asymmetry": {"coefficient": 2.0},
+    "viscous_nonlinearity": {"coefficient": 3.0},
+    "load_dependent_friction": {"coefficient": 0.05},
+    "friction_drift": {"rate": 0.02},
+    "nonlinear_stiffness": {"cubic": 4e8},
+    "backlash": {"gap": 5e-4},
+    "hysteresis": {"torque": 2.0, "deflection": 1e-3},
+    "joint_damping": {"damping": 4.0},
+    "torque_ripple": {"amplitude": 2.0, "cycles_per_turn": 80.0, "phase": 0.4},
+    "kinematic_error": {"amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4},
+    "time_delay": {"delay": 4e-3},
+    "encoder_skew": {"skew": 4e-3},
+    "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},
+}  # fmt: skip
+WORST_PERCENT = 1.5
+"""Difference between the two, of the torque and of the deflection: integrators, sticking, and the low-pass."""
+
+
+def difference_percent(name: str, *, known: bool) -> float:
+    """Largest relative difference over torque and deflection, the simulation with or without the effect."""
+    truth = COBOT_JOINT.with_effect(name, EFFECTS[name]) if name else COBOT_JOINT
+    problem = fit_problem(virtual_recording(truth, EXPERIMENT, CLEAN, seed=0), sensors="motor+link")
+    assert problem.link is not None
+    rows = problem.usable
+    torque, link = problem.residuals(values_of(truth if known else COBOT_JOINT))
+    deflection = (problem.motion.position[:: problem.decimation] - problem.link)[rows]
+    errors = (
+        np.sqrt(np.mean(torque[rows] ** 2)) / np.std(problem.torque[rows]),
+        np.std(link[rows]) / np.std(deflection),
+    )
+    return 100.0 * float(max(errors))
+
+
+@pytest.mark.parametrize("name", ["", *EFFECTS])
+def test_the_simulation_does_what_another_plant_does(name: str) -> None:
+    assert difference_percent(name, known=True) < WORST_PERCENT
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_without_the_effect_it_does_not(name: str) -> None:
+    assert difference_percent(name, known=False) > 1.2 * difference_percent(name, known=True)
+
+
+def test_every_effect_is_here_or_has_a_test_of_its_own() -> None:
+    assert set(CATALOGUE) - set(EFFECTS) == {"gravity", "saturation"}  # part of the joint; of the recording
