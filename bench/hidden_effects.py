@@ -87,7 +87,7 @@ def hidden_effect(
         case "friction_jump":
             found = {"torque": size(0.5, 2.0) * joint["FSm"], "angle": float(rng.uniform(-0.03, 0.03))}
         case "load_dead_time":
-            found = {"delay": size(2.0, 8.0) * scales.sample_time}
+            found = {"delay": size(1.0, 4.0) * scales.sample_time}
         case "bristles":
             found = {"torque": size(1.0, 3.0) * joint["FSm"], "deflection": size(0.003, 0.02)}
         case _:

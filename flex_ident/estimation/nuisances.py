@@ -22,8 +22,11 @@ def measurement_priors(problem: FitProblem, *, delay_samples: float = 3.0) -> di
     }
     if not problem.rigid:
         # The link starts somewhere in the band of its static friction; the trimmed start forgets most of it.
-        spread = 0.05 * float(np.ptp(problem.motion.position)) + 1e-9
-        priors["initial_deflection"] = Prior(0.0, spread, -20.0 * spread, 20.0 * spread)
+        spread, widest = 0.05 * float(np.ptp(problem.motion.position)) + 1e-9, 20.0
+        if problem.link is not None:
+            moved = problem.motion.position[:: problem.decimation] - problem.link
+            spread, widest = float(np.std(moved[problem.usable])) + 1e-9, 4.0
+        priors["initial_deflection"] = Prior(0.0, spread, -widest * spread, widest * spread)
     if problem.link is not None:
         reach = 10.0 * float(np.ptp(problem.motion.position)) + 10.0
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)

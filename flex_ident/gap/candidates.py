@@ -21,8 +21,8 @@ SMOOTH_PROBE = 1e-3
 """Size of the probe of an effect that enters smoothly: what resonates is linear in small changes only."""
 PLAUSIBLE = 0.05
 """Largest size worth testing for, in the units of the smooth probes."""
-LIMIT_SHARES = np.array((0.05, 0.1, 0.2, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94))
-LIMIT_QUANTILES = (0.9, 0.95, 0.98, 0.99, 0.995)
+LIMIT_SHARES = np.array((0.2, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94))
+LIMIT_QUANTILES = (0.6, 0.75, 0.9, 0.95, 0.98, 0.99, 0.995)
 MOST_CYCLES = 90
 """Largest number of spatial frequencies tried for a periodic effect."""
 

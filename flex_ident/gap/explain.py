@@ -15,6 +15,7 @@ from flex_ident.estimation.estimate import Estimate, fit_problem, validation_blo
 from flex_ident.estimation.fit import Fit
 from flex_ident.estimation.identification import chosen_sensors, identification_of, identified_parameter
 from flex_ident.estimation.problem import FitProblem
+from flex_ident.estimation.verdict import ESSENTIAL
 from flex_ident.filtering import first_mode
 from flex_ident.gap.explanation import (
     Alternative,
@@ -81,7 +82,8 @@ def explain(
     steps = _steps(search, gaps)
     findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
     notices = _notices(search, problem)
-    if final.verdict == "rejected":
+    determined = all(p.identifiable for p in final.parameters if p.key in ESSENTIAL)
+    if not determined:
         notices = (*notices, *_refusal(recording, sensors, findings))
         findings = ()
     before_variables = variables(problem, base.values)
@@ -92,7 +94,7 @@ def explain(
     where_left = regions(after_variables, last, problem.usable, problem.rate_hz, floor)
     torque = float(np.sqrt(np.mean(problem.torque[problem.usable] ** 2)))
     structured = gaps[-1] > STRUCTURE * floor and math.sqrt(max(gaps[-1] ** 2 - floor**2, 0.0)) > SMALL_GAP * torque
-    verdict = _verdict(final, findings, structured)
+    verdict = _verdict(findings, determined=determined, structured=structured)
     unexplained = None
     if structured:
         place = where_left[0].text if where_left else "it is spread evenly"
@@ -112,7 +114,7 @@ def explain(
         steps=steps,
         where=where,
         findings=findings,
-        rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(search.fit)),
+        rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(search.fit.free)),
         not_testable=tuple(search.untestable.values()),
         final=final,
         unexplained=unexplained,
@@ -223,8 +225,8 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
     return text + "."
 
 
-def _verdict(final: Identification, findings: Sequence[Finding], structured: bool) -> GapVerdict:
-    if final.verdict == "rejected":
+def _verdict(findings: Sequence[Finding], *, determined: bool, structured: bool) -> GapVerdict:
+    if not determined:
         return "rejected"
     if findings:
         return "partly_explained" if structured else "explained"

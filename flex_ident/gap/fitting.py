@@ -26,8 +26,6 @@ FOLD_S = 0.25
 """Every fifth quarter of a second is left out together: of a resonance passed once the rest stays in."""
 BLOCK_S = 0.25
 """Left-out costs are compared block by block: a resonance is crossed in a few seconds."""
-LEAST_LIMIT = 0.02
-"""Smallest torque limit, in recorded peaks: a controller that winds up asks for many times what the drive delivers."""
 
 
 class NoiseWhitening(Whitening):
@@ -115,9 +113,10 @@ def gap_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Pr
         priors.pop("torque_delay", None)
     if "encoder_skew" in effects:
         priors.pop("link_skew", None)
-    if "saturation" in effects:  # a limit near zero would clip the measurement itself away
-        largest = float(np.max(np.abs(problem.recording.motor_torque)))
-        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, LEAST_LIMIT * largest, 1.1 * largest)
+    if "saturation" in effects:  # reached half of the time it would clip the measurement itself away
+        asked = np.abs(problem.recording.motor_torque)
+        least, largest = float(np.median(asked)), float(np.max(asked))
+        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, least, 1.1 * largest)
     return priors
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
-from flex_ident.effects import CATALOGUE, effect_named
+from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
 from flex_ident.estimation.fit import Fit
 from flex_ident.gap.candidates import Candidate, candidates
@@ -14,7 +14,17 @@ from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.fitting import GapFit
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.screening import VISIBLE, Score, scores
-from flex_ident.gap.trials import Trial, best_start, excess_of, final_polish, sketched, tried
+from flex_ident.gap.trials import (
+    Trial,
+    best_start,
+    closed_share,
+    compared,
+    excess_of,
+    final_polish,
+    sketched,
+    tried,
+    without,
+)
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
@@ -27,6 +37,8 @@ QUIET = 0.3
 """Excess over the noise under which a second mode is not searched for deeply."""
 ENOUGH = 0.9
 """Share of the closable gap from which what closed it is not doubted by a second mode."""
+MOST_OF_IT = 0.5
+"""Share of the closable gap that all accepted effects must close together to be called its causes."""
 NEAR_TIE = 6.0
 """Difference of the BIC under which two effects cannot be told apart."""
 
@@ -53,6 +65,7 @@ class Search:
     """Where the search stands: the model's fit, what was accepted and what was not."""
 
     solver: GapFit
+    base: Fit
     fit: Fit
     accepted: list[Accepted] = field(default_factory=list)
     rejected: dict[str, Rejected] = field(default_factory=dict)
@@ -61,7 +74,7 @@ class Search:
 
 def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
     """The search from a base fit. Raises DataError when an effect that was asked for cannot be added."""
-    search = Search(solver, base)
+    search = Search(solver, base, base)
     for name in options.add:
         search = _added_by_hand(search, name, options)
     for round_number in range(MOST_EFFECTS):
@@ -80,8 +93,56 @@ def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress)
         search.accepted.append(Accepted(best, False, search.fit, others))
         search.solver = best.solver
         search.fit = final_polish(best.solver, best.fit)
+        search = _weighed(search, solver, base)
     progress(1.0, "searched")
-    return search
+    return _only_a_cause(search, solver, base)
+
+
+def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
+    """The accepted effects by what each adds to the others, most first, without those that add nothing now.
+
+    An effect that comes early may have stood in for one that came later.
+    """
+    if len(search.accepted) < 2:
+        return search
+    newest = search.accepted[-1].trial.effect
+    worth: list[tuple[float, Accepted]] = []
+    for a in search.accepted:
+        kept = [b.trial.candidate for b in search.accepted if b is not a]
+        rest = without(search.solver, search.fit, base.free, kept)
+        trial = compared(search.solver, rest, search.fit, a.trial.candidate, search.base)
+        if trial.objection and not a.by_hand and a is not search.accepted[-1]:
+            reason = f"with {newest} in the model, {trial.objection}"
+            search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, trial.share), reason)
+        else:
+            worth.append((rest.cost - search.fit.cost, a))
+    ordered = [a for _, a in sorted(worth, key=lambda item: (not item[1].by_hand, -item[0]))]
+    if ordered == search.accepted:
+        return search
+    again = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
+    for a in ordered:
+        candidate = a.trial.candidate
+        known = (*base.free, *(k for b in again.accepted for k in b.trial.candidate.keys), *candidate.keys)
+        near = {k: v for k, v in search.fit.values.items() if k in known}
+        far = {**again.fit.values, **{k: search.fit.values[k] for k in candidate.keys}}
+        trial = tried(again.solver, again.fit, candidate, [{**again.fit.values, **near}, far], search.base)
+        again.accepted.append(Accepted(trial, a.by_hand, again.fit, a.others))
+        again.solver, again.fit = trial.solver, final_polish(trial.solver, trial.fit)
+    return again
+
+
+def _only_a_cause(search: Search, solver: GapFit, base: Fit) -> Search:
+    """The search, or what it was before it, when all that was accepted leaves most of the gap: only resemblance."""
+    if not search.accepted or any(a.by_hand for a in search.accepted):
+        return search
+    _, share = closed_share(search.solver, base, search.fit)
+    if share >= MOST_OF_IT:
+        return search
+    together = " and ".join(a.trial.effect for a in search.accepted)
+    for a in search.accepted:
+        reason = f"{together} would close {100 * share:.0f} % of the gap: what is missing resembles it, and is not it"
+        search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, a.trial.share), reason)
+    return Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
 
 
 def _part(progress: Progress, start: float, share: float, text: str) -> None:
@@ -130,7 +191,7 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
     trials: list[Trial] = []
     for i, (_, score, drawn) in enumerate(sketches[:MOST_TRIALS]):
         progress(0.5 + 0.1 * i, f"refitting with {_words(score)}")
-        trials.append(tried(search.solver, search.fit, score, [drawn.values], tried_effects=len(CATALOGUE)))
+        trials.append(tried(search.solver, search.fit, score.candidate, [drawn.values], search.base))
     shaped = next((s for s in found if s.candidate.effect in SHAPED), None)
     if loud and shaped is not None and not any(t.share > ENOUGH and not t.objection for t in trials):
         progress(0.9, f"trying {_words(shaped)}")
@@ -142,7 +203,7 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
         starts = [{**search.fit.values, **c.base, **c.start((1.0,))} for c in _spread(shapes)]
         starts.append(best_start(search.solver, search.fit, shaped))
         try:
-            trials.append(tried(search.solver, search.fit, shaped, starts, tried_effects=len(CATALOGUE)))
+            trials.append(tried(search.solver, search.fit, shaped.candidate, starts, search.base))
         except ExcitationError:
             search.rejected.setdefault(
                 shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, "no shape of it can be simulated")
@@ -168,7 +229,7 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     if not found:
         raise DataError(f"--add {name}: makes no sense for this joint, or is part of the model already.")
     start = best_start(search.solver, search.fit, found[0])
-    trial = tried(search.solver, search.fit, found[0], [start], tried_effects=1)
+    trial = tried(search.solver, search.fit, found[0].candidate, [start], search.base)
     search.accepted.append(Accepted(trial, True, search.fit, ()))
     search.solver, search.fit = trial.solver, final_polish(trial.solver, trial.fit)
     return search

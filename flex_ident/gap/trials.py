@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flex_ident.effects import CATALOGUE
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.fit import LOGARITHMIC, Fit, key_bounds
@@ -32,6 +33,8 @@ SMALLEST_SHARE = 0.2
 SIGNIFICANT = 3.0
 OWN_ERROR = 1e-3
 """Change of the prediction, relative, that the method's own error may make."""
+LAW_ERROR = 0.05
+"""Share of what the accepted effects change in the prediction that their laws, ideal as they are, may get wrong."""
 ITERATIONS = 10
 SKETCH = 2
 """Iterations of a sketch."""
@@ -67,55 +70,53 @@ def excess_of(solver: GapFit, fit: Fit) -> float:
     return float(residual @ residual) / residual.size - 1.0
 
 
-def effects_in(fit: Fit) -> tuple[str, ...]:
-    """Names of the effects among a fit's free keys."""
-    return tuple(dict.fromkeys(k.split(".")[0] for k in fit.free if "." in k))
+def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
+    """Names of the effects among flat keys."""
+    return tuple(dict.fromkeys(k.split(".")[0] for k in keys if "." in k))
 
 
-def extended_solver(solver: GapFit, fit: Fit, candidate: Candidate) -> tuple[GapFit, tuple[str, ...]]:
-    """The solver and free keys with one more effect; a measurement key that the effect takes over is dropped."""
-    effects = (*effects_in(fit), candidate.effect)
+def extended_solver(solver: GapFit, free: Sequence[str], *added: Candidate) -> tuple[GapFit, tuple[str, ...]]:
+    """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
+    effects = (*effects_in(free), *(c.effect for c in added))
     extended = GapFit(solver.problem, priors=gap_priors(solver.problem, effects), marks=solver.marks)
-    dropped = REPLACES.get(candidate.effect, "")
-    keys = tuple(k for k in fit.free if k != dropped and k not in candidate.keys)
-    return extended, (*keys, *candidate.keys)
+    own = tuple(k for c in added for k in c.keys)
+    dropped = [REPLACES[c.effect] for c in added if c.effect in REPLACES]
+    return extended, (*(k for k in free if k not in dropped and k not in own), *own)
 
 
 def sketched(solver: GapFit, fit: Fit, score: Score) -> Fit:
     """A rough refit with a candidate: what it promises once the whole model follows. Raises ExcitationError."""
-    extended, keys = extended_solver(solver, fit, score.candidate)
+    extended, keys = extended_solver(solver, fit.free, score.candidate)
     start = best_start(solver, fit, score)
     return extended.solve(keys, start, fit.whitenings, iterations=SKETCH, tolerance=1e-3)
 
 
-def tried(
-    solver: GapFit, fit: Fit, score: Score, starts: Sequence[Mapping[str, float]], *, tried_effects: int
-) -> Trial:
-    """The candidate of a score, refitted with everything else from the best of `starts`. Raises ExcitationError."""
-    candidate = score.candidate
-    extended, keys = extended_solver(solver, fit, candidate)
+def tried(solver: GapFit, fit: Fit, candidate: Candidate, starts: Sequence[Mapping[str, float]], base: Fit) -> Trial:
+    """The candidate, refitted with everything else from the best of `starts`. Raises ExcitationError.
+
+    `base` is the fit before anything was added.
+    """
+    extended, keys = extended_solver(solver, fit.free, candidate)
     after = _refitted(extended, keys, starts, fit)
+    return compared(extended, fit, after, candidate, base)
+
+
+def compared(solver: GapFit, before: Fit, after: Fit, candidate: Candidate, base: Fit) -> Trial:
+    """What speaks for and against `after`, fitted by `solver`, which has the candidate, and `before`, which has not."""
     count = after.residual.size / correlation_factor(after)
-    price = len(candidate.keys) * math.log(count) + 2.0 * math.log(max(tried_effects, 1))
-    evidence = log_likelihood_gain(fit, after) - price
-    held = held_out_comparison(solver.problem, fit, after)
-    excess, share = _closed(extended, fit, after)
-    return Trial(
-        candidate,
-        extended,
-        after,
-        evidence,
-        held,
-        share,
-        excess,
-        _objection(extended, fit, after, candidate, evidence, held, share),
-    )
+    price = len(candidate.keys) * math.log(count) + 2.0 * math.log(len(CATALOGUE))
+    evidence = log_likelihood_gain(before, after) - price
+    held = held_out_comparison(solver.problem, before, after)
+    excess, share = closed_share(solver, before, after)
+    own = max(OWN_ERROR, LAW_ERROR * _change(solver, base, before))
+    objection = _objection(solver, before, after, candidate, evidence, held, share, own)
+    return Trial(candidate, solver, after, evidence, held, share, excess, objection)
 
 
 def best_start(solver: GapFit, fit: Fit, score: Score) -> dict[str, float]:
     """Where a refit starts: the effect at the linear estimate or less, the model following it."""
     candidate = score.candidate
-    solver, _ = extended_solver(solver, fit, candidate)
+    solver, _ = extended_solver(solver, fit.free, candidate)
     whole = candidate.start(score.sizes)
     dropped = REPLACES.get(candidate.effect, "")
     kept = [i for i, k in enumerate(fit.free) if k != dropped and k not in fit.at_bound]
@@ -167,7 +168,14 @@ def _refitted(solver: GapFit, keys: tuple[str, ...], starts: Sequence[Mapping[st
     return solver.solve(keys, race[0], fit.whitenings, iterations=3 * ITERATIONS, tolerance=1e-4)
 
 
-def _closed(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float]:
+def without(solver: GapFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
+    """The model of a fit refitted with only some of its effects, on the free keys of the base."""
+    reduced, keys = extended_solver(solver, base, *kept)
+    values = {k: v for k, v in fit.values.items() if k in keys or "." not in k}
+    return reduced.solve(keys, values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+
+
+def closed_share(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float]:
     """Excess after, and share of the closable gap closed, the noise being what the refitted residual shows."""
     whitenings = solver.whitenings(after.values)
     left = solver.whitened_residual(after.values, whitenings)
@@ -180,8 +188,9 @@ def _closed(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float]:
 
 
 def _objection(
-    solver: GapFit, before: Fit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut, share: float
-) -> str:
+    solver: GapFit, before: Fit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut, share: float,
+    own_error: float,
+) -> str:  # fmt: skip
     """Why a candidate is not accepted; empty when nothing speaks against it."""
     if evidence < EVIDENCE:
         return (
@@ -190,8 +199,11 @@ def _objection(
     if held.share <= 0.0 or held.t < (CLEAR_T if held.share > CLEAR_SHARE else HELD_OUT_T):
         return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {HELD_OUT_T} needed)"
     change = _change(solver, before, fit)
-    if change < OWN_ERROR:
-        return f"it changes the prediction by {100 * change:.2f} % only, as much as the method itself may be wrong"
+    if change < own_error:
+        return (
+            f"it changes the prediction by {100 * change:.2f} % only; what is in the model already may be wrong by "
+            f"{100 * own_error:.2f} %"
+        )
     rise = _torque_rms(solver, fit) / _torque_rms(solver, before) - 1.0
     if rise > 0.002:
         return f"the torque's gap grows by {100 * rise:.1f} % with it"
