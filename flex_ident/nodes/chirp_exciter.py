@@ -28,7 +28,7 @@ from flex_ident.excitation.limits import urdf_limits
 from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
 from flex_ident.nodes.command_clock import CommandClock, Punctuality
 from flex_ident.nodes.exciter_settings import JOINTS, TOPICS, Experiment, declare_all, experiment
-from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, joint_sample, reference_bytes
+from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, ReferenceMessages, joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.recorder import RawTopics, Recorder
 from flex_ident.nodes.running import quick_executor, run_node
@@ -202,6 +202,7 @@ class ChirpExciter(Node):
         values = self._experiment.values
         self._punctuality = Punctuality(values["rate_hz"])
         self._command_messages = self._messages()
+        self._reference_messages = ReferenceMessages(self.exciter.settings.joint)
         self._clock_thread = CommandClock(values["rate_hz"], self._tick)
         self._clock_thread.start()
 
@@ -369,7 +370,7 @@ class ChirpExciter(Node):
         message = self._command_messages.message(output)
         if message is not None:
             self._commands.publish(message)
-        data = reference_bytes(self.exciter.settings.joint, output, stamp)
+        data = self._reference_messages.message(output, stamp)
         self._reference.publish(data)
         if self._recorder is not None:
             self._recorder.bag.write(self._reference.topic_name, stamp, data)

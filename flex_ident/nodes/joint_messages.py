@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import struct
 from typing import Any
 
+import numpy as np
 from builtin_interfaces.msg import Duration
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
+from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -14,6 +17,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from flex_ident.excitation import JointSample, Output
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
+STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 def joint_sample(data: bytes, joint: str, held: tuple[str, ...], received: float) -> JointSample:
@@ -57,8 +61,22 @@ class CommandMessages:
         return JointTrajectory(joint_names=self._joints, points=[point])
 
 
-def reference_bytes(joint: str, output: Output, stamp_ns: int) -> bytes:
-    """The reference as a serialised JointState."""
-    message = JointState(name=[joint], position=[output.position], velocity=[output.velocity])
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
-    return bytes(serialize_message(message))
+class ReferenceMessages:
+    """The reference as a serialised JointState of one joint: a constant layout, in which the numbers are set.
+
+    rclpy's serialisation leaves padding after an empty array, which strict readers of bags refuse.
+    """
+
+    def __init__(self, joint: str) -> None:
+        types, none = STORE.types, np.zeros(0)
+        stamp = types["builtin_interfaces/msg/Time"](0, 0)
+        message = types[JOINT_STATE](types["std_msgs/msg/Header"](stamp, ""), [joint], np.zeros(1), np.zeros(1), none)
+        self._bytes = bytearray(STORE.serialize_cdr(message, JOINT_STATE, little_endian=True))
+
+    def message(self, output: Output, stamp_ns: int) -> bytes:
+        """The bytes at one instant of ROS time."""
+        end = len(self._bytes)  # ..., position (8), velocity's count and padding (8), velocity (8), effort's count (4)
+        struct.pack_into("<iI", self._bytes, 4, *divmod(stamp_ns, 1_000_000_000))
+        struct.pack_into("<d", self._bytes, end - 28, output.position)
+        struct.pack_into("<d", self._bytes, end - 12, output.velocity)
+        return bytes(self._bytes)

@@ -94,6 +94,7 @@ class Rig:
             **CHIRP,
             "limits.require_urdf": True,
             "limits.state_timeout_s": STATE_TIMEOUT_S,
+            "limits.tracking_error": 0.5,  # more than the chirp's reach: each fault is seen for what it is
             "recording.directory": str(self.folder / "bags"),
             **more,
         }
@@ -158,7 +159,7 @@ class Rig:
         answer = future.result().results[0]
         return "" if answer.successful else answer.reason
 
-    def ended(self, name: str, timeout_s: float = 15.0) -> int | None:
+    def ended(self, name: str, timeout_s: float = 45.0) -> int | None:
         """The exit status of a process; None when it still runs after the timeout."""
         end = time.monotonic() + timeout_s
         while time.monotonic() < end and self.processes[name].poll() is None:
