@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 import resource
 import signal
 import sys
@@ -163,10 +164,11 @@ def refused(*, joint: dict[str, object] | None = None, **parameters: object) -> 
 def blocked_way(made: Rig) -> Outcome:
     """On the way to the start position the joint states freeze: it is never seen to get there."""
     made.simulated_joint()
-    made.exciter(start_position=0.15)
+    made.exciter(start_position=0.2)
     refusal = made.start_exciting()
     assert not refusal, refusal
     assert made.until("moving_to_start"), made.output("chirp_exciter")
+    made.spin(0.3)  # so that the recording shows it move
     at = time.time()
     made.fault("freeze")
     return outcome(made, at)
@@ -257,7 +259,7 @@ def table(outcomes: dict[str, Outcome]) -> str:
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for name, o in outcomes.items():
-        reason = o.reason.split("/tmp")[0] + "..." if "/tmp" in o.reason else o.reason
+        reason = re.sub(r"/tmp/\S*/bags/", ".../", o.reason)
         stop = "" if o.seconds_to_stop is None else f"{o.seconds_to_stop:.2f}"
         lost = f"{o.lost_s:.2f}" if o.lost_s is not None and FAULTS[name].cut else ""
         rows.append(
