@@ -22,7 +22,8 @@ class Score:
     """What a candidate promises: twice the log-likelihood it would gain, and how much of it the model cannot mimic.
 
     `orthogonal` is the share of its signature, by norm, beyond the model's own parameters; `mark` the size of that
-    part, in standard deviations of the noise, for the largest plausible effect.
+    part, in standard deviations of the noise, for the largest plausible effect. `sizes` are the linear estimates for
+    each probe, or the largest plausible size where the linear estimate has a sign that the effect cannot have.
     """
 
     candidate: Candidate
@@ -93,7 +94,7 @@ def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats)
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     solution, *_ = np.linalg.lstsq(rest, -residual, rcond=1e-9)
     if candidate.one_sided and solution[0] <= 0.0:
-        return Score(candidate, 0.0, orthogonal, mark, tuple(map(float, solution)), np.zeros_like(residual))
+        return Score(candidate, 0.0, orthogonal, mark, (candidate.plausible,), np.zeros_like(residual))
     explained = rest @ solution
     size = float(np.linalg.norm(explained))
     # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.

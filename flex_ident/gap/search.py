@@ -175,7 +175,7 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
 def _trials(search: Search, found: list[Score], options: GapOptions, progress: Progress) -> list[Trial]:
     """Refits of the best few, best first: every promising candidate is sketched, the best sketches are finished."""
     loud = excess_of(search.solver, search.fit) > QUIET
-    promising = [s for s in found if s.gain >= WORTH_A_TRIAL and not (loud and s.candidate.effect in SHAPED)]
+    promising = [s for s in found if _promising(s, loud) and not (loud and s.candidate.effect in SHAPED)]
     sketches: list[tuple[float, Score, Fit]] = []
     for i, score in enumerate(promising):
         progress(0.1 + 0.4 * i / len(promising), f"trying {_words(score)}")
@@ -209,6 +209,11 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
                 shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, "no shape of it can be simulated")
             )
     return sorted(trials, key=lambda t: -t.evidence)
+
+
+def _promising(score: Score, loud: bool) -> bool:
+    """Whether a refit is worth its time. Far from the truth the linear estimate may even have the wrong sign."""
+    return score.gain >= WORTH_A_TRIAL or (loud and score.candidate.one_sided and score.gain == 0.0)
 
 
 def _words(score: Score) -> str:

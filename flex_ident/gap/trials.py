@@ -25,9 +25,9 @@ from flex_ident.gap.screening import Score
 
 EVIDENCE = 10.0
 """Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
-HELD_OUT_T = 2.5
-CLEAR_SHARE, CLEAR_T = 0.4, 1.8
-"""Share of the cost on left-out data whose fall speaks for itself, be it all in a resonance; not if in one block."""
+HELD_OUT_T = ((0.8, 1.2), (0.4, 1.8), (0.0, 2.5))
+"""By the share of the cost on left-out data that falls, the t over blocks that is needed: what falls by most of it may
+lie all in a resonance or where the torque saturates, but not in one block."""
 SMALLEST_SHARE = 0.2
 """Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
 SIGNIFICANT = 3.0
@@ -196,8 +196,10 @@ def _objection(
         return (
             f"the likelihood gains too little for its parameters (BIC falls by {evidence:.0f}, {EVIDENCE:.0f} needed)"
         )
-    if held.share <= 0.0 or held.t < (CLEAR_T if held.share > CLEAR_SHARE else HELD_OUT_T):
-        return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {HELD_OUT_T} needed)"
+    needed = next((t for share, t in HELD_OUT_T if held.share > share), math.inf)
+    if held.t < needed:
+        needed = min(needed, HELD_OUT_T[-1][1])
+        return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {needed} needed)"
     change = _change(solver, before, fit)
     if change < own_error:
         return (
