@@ -212,7 +212,7 @@ def summary(results: list[dict[str, object]], sensors: str) -> str:
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]  # fmt: skip
     singles = [c for c in CLASSES if any(r["effects"] == [c] for r in own)]
-    rights, total, told, closings = 0, 0, 0, []
+    rights, total, told, seen, closings = 0, 0, 0, 0, []
     for name in singles:
         rows = [r for r in own if r["effects"] == [name]]
         right = [right_first(r) for r in rows]
@@ -229,9 +229,13 @@ def summary(results: list[dict[str, object]], sensors: str) -> str:
         if name in CATALOGUE:
             rights, total, told = rights + sum(right), total + len(rows), told + untestable
             closings += closed
+            seen += sum(ok and not math.isnan(closed_share(r, floors)) for r, ok in zip(rows, right, strict=True))
     if total:
         lines += ["", f"named first and right: {rights} of {total} ({100 * rights / total:.1f} %)"]
         lines.append(f"of those that were not, said to be not testable with such data: {told}")
+    if closings:
+        share = 100 * seen / len(closings)
+        lines.append(f"of those whose gap is 5 % above a clean joint's: {seen} of {len(closings)} ({share:.1f} %)")
     if closings:
         lines.append(f"closable gap closed, median: {100 * statistics.median(closings):.0f} %")
     inside, of = known(own)

@@ -49,6 +49,10 @@ STRUCTURE = 1.12
 """Gap over the noise floor from which what is left counts as structure."""
 
 
+PERIODS = 2.0
+"""Periods within the range of motion from which an effect can be called periodic."""
+
+
 def explain(
     recording: Recording, options: GapOptions | None = None, *, progress: Progress | None = None
 ) -> GapExplanation:
@@ -84,7 +88,7 @@ def explain(
     notices = _notices(search, problem)
     determined = all(p.identifiable for p in final.parameters if p.key in ESSENTIAL)
     if not determined:
-        notices = (*notices, *_refusal(recording, sensors, findings))
+        notices = (*notices, _refusal(findings))
         findings = ()
     before_variables = variables(problem, base.values)
     after_variables = variables(problem, search.fit.values)
@@ -102,6 +106,9 @@ def explain(
             f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect of the catalogue accounts for it; "
             f"{place}."
         )
+    if not findings and verdict != "complete" and sensors == "motor+link":
+        said = motor_equation_notice(recording)
+        notices = (*notices, *([said] if said is not None else []))
     report(1.0, "explained")
     return GapExplanation(
         joint=recording.joint,
@@ -197,7 +204,7 @@ def _finding(
         gap_before=gaps[index],
         gap_after=gaps[index + 1],
         parameters=tuple(found),
-        evidence=_evidence(trial.effect, accepted, gaps[index], gaps[index + 1]),
+        evidence=_evidence(trial.effect, accepted, gaps[index], gaps[index + 1]) + _periods_seen(accepted, problem),
         also_considered=others,
         indistinguishable_from=accepted.ties,
         experiment=effect.separated_by if accepted.ties else "",
@@ -225,6 +232,21 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
     return text + "."
 
 
+def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
+    """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
+    trial = accepted.trial
+    cycles = trial.fit.values.get(f"{trial.effect}.cycles_per_turn")
+    if cycles is None:
+        return ""
+    periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)
+    if periods >= PERIODS:
+        return ""
+    return (
+        f" Only {periods:.1f} periods lie within the range of motion: it may be any torque that depends on the angle; "
+        "a larger range would tell."
+    )
+
+
 def _verdict(findings: Sequence[Finding], *, determined: bool, structured: bool) -> GapVerdict:
     if not determined:
         return "rejected"
@@ -246,17 +268,12 @@ def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
     return tuple(notices)
 
 
-def _refusal(recording: Recording, sensors: str, findings: Sequence[Finding]) -> list[Notice]:
+def _refusal(findings: Sequence[Finding]) -> Notice:
     """Why nothing is named on a recording that does not determine the base model."""
     text = "the recording does not determine the base model, so nothing is named"
     if findings:
         text += f" ({', '.join(f.effect for f in findings)} would close some of the gap, by chance for all we know)"
-    notices = [Notice("base_not_determined", text + ".")]
-    if sensors == "motor+link":
-        said = motor_equation_notice(recording)
-        if said is not None:
-            notices.append(said)
-    return notices
+    return Notice("base_not_determined", text + ".")
 
 
 def _curves(problem: FitProblem, base: Mapping[str, float], final: Mapping[str, float]) -> GapCurves:

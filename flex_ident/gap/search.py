@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -101,7 +101,7 @@ def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress)
 def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
     """The accepted effects by what each adds to the others, most first, without those that add nothing now.
 
-    An effect that comes early may have stood in for one that came later.
+    An effect that comes early may have stood in for one that came later, which then explains more alone.
     """
     if len(search.accepted) < 2:
         return search
@@ -116,11 +116,22 @@ def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
             search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, trial.share), reason)
         else:
             worth.append((rest.cost - search.fit.cost, a))
-    ordered = [a for _, a in sorted(worth, key=lambda item: (not item[1].by_hand, -item[0]))]
-    if ordered == search.accepted:
+    by_worth = [a for _, a in sorted(worth, key=lambda item: (not item[1].by_hand, -item[0]))]
+    if by_worth == search.accepted:
         return search
+    as_before = [a for a in search.accepted if a in by_worth]
+    again = _rebuilt(search, by_worth, solver, base)
+    if by_worth == as_before:
+        return again
+    other = search if as_before == search.accepted else _rebuilt(search, as_before, solver, base)
+    first, sound = again.accepted[0].trial, not any(a.trial.objection and not a.by_hand for a in again.accepted)
+    return again if sound and first.fit.cost < other.accepted[0].trial.fit.cost else other
+
+
+def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fit) -> Search:
+    """The search as if its effects had been accepted in this order, each refit started from what is known by now."""
     again = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
-    for a in ordered:
+    for a in order:
         candidate = a.trial.candidate
         known = (*base.free, *(k for b in again.accepted for k in b.trial.candidate.keys), *candidate.keys)
         near = {k: v for k, v in search.fit.values.items() if k in known}
