@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,8 @@ from flex_ident.bags import read_recording
 from flex_ident.commands.options import given_model, signal_selection
 from flex_ident.configuration.settings import Value
 from flex_ident.gap import GapExplanation, GapOptions, explain, gap_content
+from flex_ident.gap.prismatic import prismatic_explanation
 from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
-from flex_ident.parameters.prismatic import prismatic
 from flex_ident.recording import Recording
 from flex_ident.report.gap_writing import write_explanation
 
@@ -70,7 +70,7 @@ def finished_explanation(
     else:
         explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
     if values["prismatic"]:
-        explanation = replace(explanation, unit="N", final=prismatic(explanation.final))
+        explanation = prismatic_explanation(explanation)
     content = gap_content(explanation)
     content["bag"] = {"path": recording.path, "sha256": recording.sha256}
     if compared is not None:

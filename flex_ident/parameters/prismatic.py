@@ -12,12 +12,18 @@ def prismatic(result: Identification) -> Identification:
     """The result with the units of a prismatic joint; the equations are the same."""
     return replace(
         result,
-        parameters=tuple(_in_metres(p) for p in result.parameters),
-        measurement=tuple(_in_metres(p) for p in result.measurement),
+        parameters=tuple(in_metres(p) for p in result.parameters),
+        measurement=tuple(in_metres(p) for p in result.measurement),
     )
 
 
-def _in_metres(p: Parameter) -> Parameter:
+def in_metres(p: Parameter) -> Parameter:
+    """A parameter with the unit of a prismatic joint. A phase stays an angle."""
     if p.key in PRISMATIC_UNITS:
         return replace(p, unit=PRISMATIC_UNITS[p.key])
-    return replace(p, unit=p.unit.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg"))
+    return p if p.key.endswith("phase") else replace(p, unit=unit_in_metres(p.unit))
+
+
+def unit_in_metres(text: str) -> str:
+    """A unit, or a text with units in it, for a prismatic joint."""
+    return text.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg")

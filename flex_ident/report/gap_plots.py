@@ -50,14 +50,14 @@ def torque_gap_plot(explanation: GapExplanation) -> bytes:
         whole.plot(*thinned(c.time, np.nan_to_num(last)), color=LINK, lw=0.8, label="with what was found")
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
         whole.set_title("Measured minus simulated torque")
-        whole.set_ylabel("N m")
+        whole.set_ylabel(explanation.unit)
         start = _worst_second(c.time, np.nan_to_num(first))
         part = (c.time >= start) & (c.time <= start + 2.0)
         close.plot(c.time[part], c.measured[part], color=MEASURED, lw=1.6, label="measured")
         close.plot(c.time[part], c.base[part], color=PREDICTED, lw=1.0, ls="--", label="base model")
         close.plot(c.time[part], c.final[part], color=LINK, lw=1.0, label="with what was found")
         close.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=3)
-        close.set_ylabel("torque, N m")
+        close.set_ylabel(f"torque, {explanation.unit}")
         close.set_xlabel("time, s (close-up where the base model errs most)")
         return png_bytes(figure)
 
@@ -88,7 +88,7 @@ def regions_plot(explanation: GapExplanation) -> bytes:
             a.set_ylim(bottom=0.0)
         axes[0].legend(loc="best")
         for a in axes[::columns]:
-            a.set_ylabel("gap, N m rms")
+            a.set_ylabel(f"gap, {explanation.unit} rms")
         for a in axes[len(names) :]:
             a.set_visible(False)
         figure.suptitle("Where the gap lies (dashed: noise)", x=0.01, ha="left", fontsize=10.5)

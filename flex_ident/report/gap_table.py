@@ -46,7 +46,7 @@ def gap_text(explanation: GapExplanation) -> str:
         r, left = e.repeats, e.repeats_left
         lines += [
             "",
-            f"the motion repeats every {r.period_s:.3g} s: model error {r.repeatable:.3g} N m before, "
+            f"the motion repeats every {r.period_s:.3g} s: model error {r.repeatable:.3g} {e.unit} before, "
             f"{left.repeatable:.3g} after; noise {left.noise:.3g}",
         ]
     if e.where:

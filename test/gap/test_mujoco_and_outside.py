@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from mujoco_joint import mujoco_recording
 
 from flex_ident.gap import GapExplanation, explain, gap_content
+from flex_ident.gap.prismatic import prismatic_explanation
 from flex_ident.recording import Recording
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
@@ -60,6 +62,14 @@ def test_gap_json_holds_what_the_interface_promises(backlash: GapExplanation) ->
     assert {"effect", "verdict", "confidence", "gap_before", "gap_after", "parameters", "evidence"} <= set(finding)
     assert {"variable", "range", "share_of_gap", "text"} <= set(content["where"][0])
     assert content["parameters"]["backlash.gap"]["unit"] == "rad"
+
+
+@pytest.mark.slow
+def test_a_joint_that_slides_is_told_in_newtons_and_metres(backlash: GapExplanation) -> None:
+    sliding = prismatic_explanation(backlash)
+    told = json.dumps(gap_content(sliding)) + "".join(p.unit for pair in sliding.profiles.values() for p in pair)
+    assert not re.search(r"\brad\b|\bN m\b|kg m\^2", told)
+    assert sliding.findings[0].parameters[0].unit == "m"
 
 
 @pytest.mark.slow
