@@ -146,7 +146,7 @@ def _only_a_cause(search: Search, solver: GapFit, base: Fit) -> Search:
     """The search, or what it was before it, when all that was accepted leaves most of the gap: only resemblance."""
     if not search.accepted or any(a.by_hand for a in search.accepted):
         return search
-    _, share = closed_share(search.solver, base, search.fit)
+    *_, share = closed_share(search.solver, base, search.fit)
     if share >= MOST_OF_IT:
         return search
     together = " and ".join(a.trial.effect for a in search.accepted)

@@ -25,9 +25,11 @@ from flex_ident.gap.screening import Score
 
 EVIDENCE = 10.0
 """Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
-HELD_OUT_T = ((0.8, 1.2), (0.4, 1.8), (0.0, 2.5))
-"""By the share of the cost on left-out data that falls, the t over blocks that is needed: what falls by most of it may
-lie all in a resonance or where the torque saturates, but not in one block."""
+HELD_OUT_T = ((0.8, 1.1), (0.5, 1.8), (0.0, 2.5))
+"""By the share of the closable cost on left-out data that is saved, the t over blocks that is needed: what saves most
+of it may lie all in a resonance or where the torque saturates, but not in one block."""
+LEAST_PERIODS = 0.9
+"""Of what is periodic in the motor's angle, within the range of motion: a part of a period is gravity or a spring."""
 SMALLEST_SHARE = 0.2
 """Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
 SIGNIFICANT = 3.0
@@ -107,9 +109,9 @@ def compared(solver: GapFit, before: Fit, after: Fit, candidate: Candidate, base
     price = len(candidate.keys) * math.log(count) + 2.0 * math.log(len(CATALOGUE))
     evidence = log_likelihood_gain(before, after) - price
     held = held_out_comparison(solver.problem, before, after)
-    excess, share = closed_share(solver, before, after)
+    excess, excess_before, share = closed_share(solver, before, after)
     own = max(OWN_ERROR, LAW_ERROR * _change(solver, base, before))
-    objection = _objection(solver, before, after, candidate, evidence, held, share, own)
+    objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), own)
     return Trial(candidate, solver, after, evidence, held, share, excess, objection)
 
 
@@ -175,28 +177,30 @@ def without(solver: GapFit, fit: Fit, base: Sequence[str], kept: Sequence[Candid
     return reduced.solve(keys, values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
 
 
-def closed_share(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float]:
-    """Excess after, and share of the closable gap closed, the noise being what the refitted residual shows."""
+def closed_share(solver: GapFit, before: Fit, after: Fit) -> tuple[float, float, float]:
+    """Excess after and before, and share of the closable gap closed; the noise is what the refitted residual shows."""
     whitenings = solver.whitenings(after.values)
     left = solver.whitened_residual(after.values, whitenings)
     had = solver.whitened_residual(before.values, whitenings)
     excess = float(left @ left) / left.size - 1.0
     excess_before = float(had @ had) / had.size - 1.0
     if excess_before <= 0.0:
-        return excess, 0.0
-    return excess, 1.0 - max(excess, 0.0) / excess_before
+        return excess, excess_before, 0.0
+    return excess, excess_before, 1.0 - max(excess, 0.0) / excess_before
 
 
 def _objection(
-    solver: GapFit, before: Fit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut, share: float,
-    own_error: float,
+    solver: GapFit, before: Fit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut,
+    closable: tuple[float, float], own_error: float,
 ) -> str:  # fmt: skip
-    """Why a candidate is not accepted; empty when nothing speaks against it."""
+    """Why a candidate is not accepted; empty if nothing speaks against it. `closable`: excess before, share closed."""
+    excess_before, share = closable
     if evidence < EVIDENCE:
         return (
             f"the likelihood gains too little for its parameters (BIC falls by {evidence:.0f}, {EVIDENCE:.0f} needed)"
         )
-    needed = next((t for share, t in HELD_OUT_T if held.share > share), math.inf)
+    confirmed = held.share * (1.0 + excess_before) / excess_before if excess_before > 0.0 else 0.0
+    needed = next((t for least, t in HELD_OUT_T if confirmed > least), math.inf)
     if held.t < needed:
         needed = min(needed, HELD_OUT_T[-1][1])
         return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {needed} needed)"
@@ -212,6 +216,9 @@ def _objection(
     bound = [k for k in candidate.keys if k in fit.at_bound and not k.endswith(".phase")]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
+    cycles = fit.values.get(f"{candidate.effect}.cycles_per_turn", math.inf)
+    if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
+        return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)
     if weak is not None:
         return f"{weak[0]} is known to {weak[1]:.1f} standard deviations only, {SIGNIFICANT:.0f} needed"
