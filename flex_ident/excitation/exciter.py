@@ -30,6 +30,8 @@ EFFORT_MARGIN = 1.05
 """A drive that works at its limit reads a little more than that, for noise; more is a fault."""
 LATE_TICKS = 2.0
 """However late a tick comes, the reference moves on by no more than the speed limit allows in this many periods."""
+CATCHING_UP = 0.99
+"""Share of the speed limit at which the reference catches up: a drive's clock need not agree to the last digit."""
 YIELD = 2.0
 """The reference yields to a joint that is held off it by up to this many tracking errors."""
 RELEASE_S = 0.5
@@ -232,7 +234,8 @@ class Exciter:
         reach = limit * min(now - self._last_at, LATE_TICKS / self.settings.rate_hz)
         if abs(position - last) <= reach:
             return position, velocity
-        return last + math.copysign(reach, position - last), math.copysign(limit, position - last)
+        ahead = math.copysign(CATCHING_UP, position - last)
+        return last + ahead * reach, ahead * limit
 
     def _check(self, now: float) -> None:
         """Ramp down when anything about the robot is wrong."""

@@ -41,8 +41,10 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 VALIDATION_ITERATIONS = 5
 STIFFEST = 1.25
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
-SMALL_GAP = 0.006
-"""Share of the torque's rms under which what is left is the method's own error (reversals, numbers), not physics."""
+SMALL_GAP = 0.002
+"""Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
+SMALL_FRICTION = 0.08
+"""Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
 VISIBLE = 1.03
 """Gap over the noise floor from which it makes sense to say where it lies."""
 STRUCTURE = 1.12
@@ -97,7 +99,8 @@ def explain(
         where = regions(before_variables, first, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, last, problem.usable, problem.rate_hz, floor)
     torque = float(np.sqrt(np.mean(problem.torque[problem.usable] ** 2)))
-    structured = gaps[-1] > STRUCTURE * floor and math.sqrt(max(gaps[-1] ** 2 - floor**2, 0.0)) > SMALL_GAP * torque
+    beyond = math.sqrt(max(gaps[-1] ** 2 - floor**2, 0.0))
+    structured = gaps[-1] > STRUCTURE * floor and beyond > _own_error(torque, search.fit.values)
     verdict = _verdict(findings, determined=determined, structured=structured)
     unexplained = None
     if structured:
@@ -132,6 +135,12 @@ def explain(
         curves=_curves(problem, base.values, search.fit.values),
         profiles=_profiles(before_variables, after_variables, first, last, problem.usable),
     )
+
+
+def _own_error(torque: float, values: Mapping[str, float]) -> float:
+    """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
+    coulomb = abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
+    return math.hypot(SMALL_GAP * torque, SMALL_FRICTION * coulomb)
 
 
 def _standstill(solver: GapFit, fit: Fit, residual: Floats) -> Floats:

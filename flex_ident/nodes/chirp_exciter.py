@@ -26,7 +26,7 @@ from flex_ident.excitation import Exciter, Output
 from flex_ident.excitation.exciter import MOVING
 from flex_ident.excitation.limits import urdf_limits
 from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
-from flex_ident.nodes.command_clock import CommandClock, Punctuality
+from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
 from flex_ident.nodes.exciter_settings import JOINTS, TOPICS, Experiment, declare_all, experiment
 from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, ReferenceMessages, joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
@@ -41,8 +41,6 @@ BEGIN_S = 1.0
 HOUSEKEEPING_S = 0.1
 SWITCH_S = 2e-4
 """How long one thread may keep another from running: Python's 5 ms would be the jitter of the commands."""
-READING_S = 5e-5
-"""Two readings of clocks that are further apart are taken again."""
 LEVELS = {"aborted": DiagnosticStatus.ERROR, "ramping_down": DiagnosticStatus.WARN}
 ABORTED = 3
 
@@ -70,6 +68,7 @@ class ChirpExciter(Node):
         self._recorder: Recorder | None = None
         self._bag: Path | None = None
         self._clock_thread: CommandClock | None = None
+        self._ros_time = RosTime(lambda: int(self.get_clock().now().nanoseconds))
         self._punctuality = Punctuality(float(values["rate_hz"]))
         self._output: Output | None = None
         self._pending_since: float | None = None
@@ -366,7 +365,7 @@ class ChirpExciter(Node):
         """Step the rules and publish what they say; False when the run is over."""
         with self._lock:
             output = self.exciter.step(now)
-        stamp = self._ros_time_ns(now)
+        stamp = self._ros_time.at(now)
         message = self._command_messages.message(output)
         if message is not None:
             self._commands.publish(message)
@@ -378,16 +377,6 @@ class ChirpExciter(Node):
             self._punctuality.add(now, late, skipped)
         self._output = output
         return output.state in MOVING
-
-    def _ros_time_ns(self, instant: float) -> int:
-        """An instant of the steady clock in ROS time, from two readings that nothing came between."""
-        for _ in range(3):
-            before = time.monotonic()
-            ros_ns = int(self.get_clock().now().nanoseconds)
-            after = time.monotonic()
-            if after - before < READING_S:
-                break
-        return ros_ns - round(1e9 * (0.5 * (before + after) - instant))
 
     def _messages(self) -> CommandMessages:
         values = self._experiment.values

@@ -97,3 +97,27 @@ class CommandClock:
             k += 1 + skipped
             if not self._tick(now, now - due, skipped):
                 return
+
+
+class RosTime:
+    """Instants of the steady clock, s, in ROS time, ns.
+
+    The offset between the two lies between what a reading of ROS time gives with the steady clock just before it and
+    just after it. It is kept as long as readings allow it, so that stamps are as even as the steady clock even where
+    the thread is interrupted between two readings, and follows ROS time where that is corrected or simulated.
+    """
+
+    def __init__(self, ros_now_ns: Callable[[], int], steady_now_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self._ros_now_ns = ros_now_ns
+        self._steady_now_ns = steady_now_ns
+        self._offset_ns: int | None = None
+
+    def at(self, instant: float) -> int:
+        """That instant of the steady clock."""
+        before = self._steady_now_ns()
+        ros = self._ros_now_ns()
+        after = self._steady_now_ns()
+        if self._offset_ns is None:
+            self._offset_ns = ros - (before + after) // 2
+        self._offset_ns = min(max(self._offset_ns, ros - after), ros - before)
+        return round(1e9 * instant) + self._offset_ns

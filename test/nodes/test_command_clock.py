@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from flex_ident.nodes.command_clock import CommandClock, Punctuality
+from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
 
 
 def test_late_ticks_skip_and_stay_on_the_grid() -> None:
@@ -46,3 +46,30 @@ def test_punctuality_in_words() -> None:
     assert str(counted) == (
         "101 commands at 100.0 of 100 Hz, 2 skipped; jitter 10 us (50 %), 10 us (99 %), 1000 us (most)"
     )
+
+
+def test_stamps_are_even_where_readings_are_interrupted_and_follow_a_clock_that_is_set() -> None:
+    steady_ns, ahead_ns = 5_000_000_000, 1_700_000_000_000_000_000
+
+    def steady_now_ns() -> int:
+        nonlocal steady_ns
+        steady_ns += 400
+        return steady_ns
+
+    def ros_now_ns() -> int:
+        nonlocal steady_ns
+        steady_ns += interrupted_ns // 3
+        now = steady_ns + ahead_ns
+        steady_ns += interrupted_ns - interrupted_ns // 3
+        return now
+
+    clock = RosTime(ros_now_ns, steady_now_ns)
+    stamps = []
+    for k in range(100):
+        interrupted_ns = 300_000 if k % 10 == 7 else 300
+        steady_ns = 5_000_000_000 + 2_000_000 * k + 10_000
+        stamps.append(clock.at(5.0 + 0.002 * k))
+    assert all(abs(b - a - 2_000_000) < 1_000 for a, b in pairwise(stamps))
+    assert stamps[-1] == pytest.approx(5_198_000_000 + ahead_ns, abs=2_000)
+    ahead_ns += 40_000_000
+    assert clock.at(1e-9 * steady_ns) == pytest.approx(steady_ns + ahead_ns, abs=2_000)
