@@ -28,9 +28,8 @@ from flex_ident.gap.explanation import (
     Step,
 )
 from flex_ident.gap.fitting import GapFit, base_fit
-from flex_ident.gap.noise import noise_floor
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.repeats import repeated
+from flex_ident.gap.remainder import remainder
 from flex_ident.gap.search import Accepted, Progress, Search, searched
 from flex_ident.gap.trials import effects_in
 from flex_ident.gap.where import Variable, profile, regions, variables
@@ -41,16 +40,8 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 VALIDATION_ITERATIONS = 5
 STIFFEST = 1.25
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
-SMALL_GAP = 0.002
-"""Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
-SMALL_FRICTION = 0.08
-"""Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
 VISIBLE = 1.03
 """Gap over the noise floor from which it makes sense to say where it lies."""
-STRUCTURE = 1.12
-"""Gap over the noise floor from which what is left counts as structure."""
-
-
 PERIODS = 2.0
 """Periods within the range of motion from which an effect can be called periodic."""
 
@@ -78,12 +69,8 @@ def explain(
     trained = [_trained(s, f, problem, held) for s, f in chain]
     gaps = [_gap(problem, values, held) for values in trained]
     report(0.92, "describing what is left")
-    first = _torque_residual(problem, base.values)
-    last = _torque_residual(problem, search.fit.values)
-    standstill = _standstill(search.solver, search.fit, last)
-    repeats_left = repeated(problem, last - standstill, problem.usable)
-    noise = repeats_left.noise if repeats_left else noise_floor(last - standstill, problem.usable, problem.rate_hz)
-    floor = min(math.hypot(noise, float(np.sqrt(np.mean(standstill[problem.usable] ** 2)))), gaps[-1])
+    first, left = remainder(solver, base), remainder(search.solver, search.fit)
+    floor = min(left.floor, gaps[-1])
     final = _final(recording, problem, search, trained[-1], held, sensors)
     steps = _steps(search, gaps)
     findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
@@ -96,11 +83,9 @@ def explain(
     after_variables = variables(problem, search.fit.values)
     where: tuple[Region, ...] = ()
     if gaps[0] > VISIBLE * floor:
-        where = regions(before_variables, first, problem.usable, problem.rate_hz, floor)
-    where_left = regions(after_variables, last, problem.usable, problem.rate_hz, floor)
-    torque = float(np.sqrt(np.mean(problem.torque[problem.usable] ** 2)))
-    beyond = math.sqrt(max(gaps[-1] ** 2 - floor**2, 0.0))
-    structured = gaps[-1] > STRUCTURE * floor and beyond > _own_error(torque, search.fit.values)
+        where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
+    where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
+    structured = left.structured(gaps[-1])
     verdict = _verdict(findings, determined=determined, structured=structured)
     unexplained = None
     if structured:
@@ -129,23 +114,12 @@ def explain(
         final=final,
         unexplained=unexplained,
         where_left=where_left,
-        repeats=repeated(problem, first - _standstill(solver, base, first), problem.usable),
-        repeats_left=repeats_left,
+        repeats=first.repeats,
+        repeats_left=left.repeats,
         notices=notices,
         curves=_curves(problem, base.values, search.fit.values),
-        profiles=_profiles(before_variables, after_variables, first, last, problem.usable),
+        profiles=_profiles(before_variables, after_variables, first.residual, left.residual, problem.usable),
     )
-
-
-def _own_error(torque: float, values: Mapping[str, float]) -> float:
-    """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
-    coulomb = abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
-    return math.hypot(SMALL_GAP * torque, SMALL_FRICTION * coulomb)
-
-
-def _standstill(solver: GapFit, fit: Fit, residual: Floats) -> Floats:
-    """The part (m,), N m, of a residual that friction at standstill takes, which no model can know."""
-    return solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
 
 
 def _after(search: Search, index: int) -> Fit:

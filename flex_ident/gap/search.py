@@ -13,6 +13,7 @@ from flex_ident.gap.candidates import Candidate, candidates
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.fitting import GapFit
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.remainder import remainder
 from flex_ident.gap.screening import VISIBLE, Score, scores
 from flex_ident.gap.trials import (
     Trial,
@@ -143,11 +144,15 @@ def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fi
 
 
 def _only_a_cause(search: Search, solver: GapFit, base: Fit) -> Search:
-    """The search, or what it was before it, when all that was accepted leaves most of the gap: only resemblance."""
+    """The search, or what it was before it, when all that was accepted leaves most of the gap: only resemblance.
+
+    Unless what is left is no more than the method's own error, which nothing can close.
+    """
     if not search.accepted or any(a.by_hand for a in search.accepted):
         return search
     *_, share = closed_share(search.solver, base, search.fit)
-    if share >= MOST_OF_IT:
+    left = remainder(search.solver, search.fit)
+    if share >= MOST_OF_IT or not left.structured(left.gap):
         return search
     together = " and ".join(a.trial.effect for a in search.accepted)
     for a in search.accepted:

@@ -1,0 +1,58 @@
+"""What a fit leaves of the torque: its noise floor, what repeats, and whether it is more than method and noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from flex_ident.estimation.fit import Fit
+from flex_ident.gap.explanation import Repeats
+from flex_ident.gap.fitting import GapFit
+from flex_ident.gap.noise import noise_floor
+from flex_ident.gap.repeats import repeated
+from flex_ident.recording import Floats
+
+OWN_ERROR = 0.002
+"""Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
+OWN_ERROR_AT_REVERSALS = 0.08
+"""Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
+STRUCTURE = 1.12
+"""Gap over the noise floor from which what is left counts as structure."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Torque residual (m,) of a fit; its size, its noise floor and the method's own error, N m rms."""
+
+    residual: Floats
+    gap: float
+    floor: float
+    own_error: float
+    repeats: Repeats | None
+
+    def structured(self, gap: float) -> bool:
+        """Whether a gap, N m rms, holds more than noise and the method's own error."""
+        return gap > STRUCTURE * self.floor and math.sqrt(max(gap**2 - self.floor**2, 0.0)) > self.own_error
+
+
+def remainder(solver: GapFit, fit: Fit) -> Remainder:
+    """What that fit leaves; friction at standstill, which no model can know, counts as noise."""
+    problem = solver.problem
+    rows = problem.usable
+    residual = problem.residuals(fit.values)[0]
+    standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
+    repeats = repeated(problem, residual - standstill, rows)
+    noise = repeats.noise if repeats else noise_floor(residual - standstill, rows, problem.rate_hz)
+    floor = math.hypot(noise, float(np.sqrt(np.mean(standstill[rows] ** 2))))
+    torque = float(np.sqrt(np.mean(problem.torque[rows] ** 2)))
+    gap = float(np.sqrt(np.mean(residual[rows] ** 2)))
+    return Remainder(residual, gap, floor, _own_error(torque, fit.values), repeats)
+
+
+def _own_error(torque: float, values: Mapping[str, float]) -> float:
+    """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
+    coulomb = abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
+    return math.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * coulomb)
