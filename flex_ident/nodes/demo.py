@@ -28,7 +28,9 @@ JOINT = "joint_1"
 CHIRP = {
     "chirp.profile": "constant_velocity", "chirp.start_frequency_hz": 0.5, "chirp.end_frequency_hz": 30.0,
     "chirp.amplitude": 0.2, "chirp.duration_s": 40.0, "rate_hz": 1000.0, "limits.velocity": 2.5,
+    "limits.state_timeout_s": 1.0, "limits.tracking_error": 0.5,
 }  # fmt: skip
+"""The last two are wide: a computer that pauses can break nothing here."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 WAIT_S = 20.0
 Say = Callable[[str], None]
