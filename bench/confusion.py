@@ -74,13 +74,14 @@ def _drawn(draw: Draw, attempt: int) -> tuple[Recording, dict[str, float]]:
     experiment = Experiment(
         duration_s=draw.duration_s, sample_rate_hz=draw.rate_hz, profile=profile, repeats=repeats
     )  # fmt: skip
-    rng = np.random.default_rng([draw.seed, *(CLASSES.index(e) for e in draw.effects), *range(attempt)])
+    own = (draw.seed, list(JOINTS).index(draw.joint), *(CLASSES.index(e) for e in draw.effects), *range(attempt))
+    rng = np.random.default_rng(own)
     scales = scales_of(draw.joint, experiment)
     hidden: dict[str, float] = {}
     changed: dict[str, float] = {}
     for effect in draw.effects:
-        own, other = hidden_effect(effect, dict(JOINTS[draw.joint].parameters), scales, rng)
-        hidden.update(own)
+        terms, other = hidden_effect(effect, dict(JOINTS[draw.joint].parameters), scales, rng)
+        hidden.update(terms)
         changed.update(other)
     link = draw.sensors == "motor+link"
     noise = Noise(torque=0.01 * draw.noise, disturbance=0.005 * draw.noise)

@@ -22,6 +22,8 @@ from flex_ident.errors import ExcitationError, FlexIdentError
 
 ABORTED = 3
 MORE_BYTES = 300_000
+PATIENT_S = 1.0
+"""A machine that pauses for longer than `STATE_TIMEOUT_S` would win the race against a fault of another kind."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +84,11 @@ def exciting(made: Rig, **parameters: object) -> None:
     made.spin(1.2)
 
 
-def state_fault(name: str) -> Callable[[Rig], Outcome]:
+def state_fault(name: str, state_timeout_s: float = STATE_TIMEOUT_S) -> Callable[[Rig], Outcome]:
     """A fault of the joint states in mid-chirp."""
 
     def play(made: Rig) -> Outcome:
-        exciting(made)
+        exciting(made, **{"limits.state_timeout_s": state_timeout_s})
         at = time.time()
         made.fault(name)
         return outcome(made, at)
@@ -228,8 +230,8 @@ class Fault:
 FAULTS: dict[str, Fault] = {
     "joint states stop": Fault(state_fault("stop"), "no joint state for"),
     "joint states freeze": Fault(state_fault("freeze"), "frozen"),
-    "joint states go NaN": Fault(state_fault("nan"), "is nan"),
-    "joint states jump in time": Fault(state_fault("time_jump"), "jumps by +"),
+    "joint states go NaN": Fault(state_fault("nan", PATIENT_S), "is nan"),
+    "joint states jump in time": Fault(state_fault("time_jump", PATIENT_S), "jumps by +"),
     "joint states lose the joint": Fault(state_fault("lose_joint"), "vanished"),
     "kill -9 of the robot": Fault(signalled("simulated_joint", signal.SIGKILL), "no joint state for"),
     "kill -9 of the exciter, MCAP": Fault(killed_exciter("mcap"), "", status=-9, cut=True),
