@@ -42,6 +42,8 @@ STIFFEST = 1.25
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
 VISIBLE = 1.03
 """Gap over the noise floor from which it makes sense to say where it lies."""
+AT_THE_LIMIT = 0.99
+"""Of a sample: a delay or skew that the fit would have larger."""
 PERIODS = 2.0
 """Periods within the range of motion from which an effect can be called periodic."""
 
@@ -242,12 +244,15 @@ def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
     notices = []
     for key, signal in (("torque_delay", "torque"), ("link_skew", "link position")):
         value = search.fit.values.get(key, 0.0)
-        if key in search.fit.free and abs(value) > 0.05 * problem.recording.sample_time:
-            text = (
-                f"{signal} is recorded {1e3 * value:+.3f} ms against the motor position, less than a sample: "
-                "measurement, corrected for, not a finding."
-            )
-            notices.append(Notice(f"{key}_below_a_sample", text))
+        samples = abs(value) / problem.recording.sample_time
+        if key not in search.fit.free or samples < 0.05:
+            continue
+        text = f"{signal} fits best when recorded {1e3 * value:+.3f} ms against the motor position, "
+        if samples < AT_THE_LIMIT:
+            text += "less than a sample: measurement, corrected for, not a finding."
+        else:
+            text += "the most that counts as measurement: it may be larger, or stand in for something else."
+        notices.append(Notice(f"{key}_below_a_sample", text))
     return tuple(notices)
 
 
