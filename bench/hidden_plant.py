@@ -1,8 +1,9 @@
 """A two-mass joint in closed loop with any effect hidden in it: the truth of `confusion.py`.
 
 Nothing is shared with `flex_ident.simulation`: forward dynamics under a position and velocity controller (the
-estimator runs the link from the recorded motor position), semi-implicit Euler at 20 steps a sample, friction by
-projection, hysteresis as four slipping springs in parallel (the estimator knows Dahl's law).
+estimator runs the link from the recorded motor position), semi-implicit Euler at 200 steps a sample (whose torque acts
+half a step early), friction by projection, hysteresis as four slipping springs in parallel (the estimator knows Dahl's
+law).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from flex_ident.recording import Recording
 from flex_ident.virtual_joint import JOINTS, Experiment
 
 GRAVITY = 9.81
-STEPS = 20
+STEPS = 200
 NAMES = (
     "Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "MX", "MY", "offset", "stribeck", "stribeck_velocity", "asymmetry",
     "quadratic", "load", "drift", "cubic", "gap", "slip_torque", "slip_deflection", "damping", "ripple",

@@ -19,6 +19,8 @@ from flex_ident.simulation.terms import GRAVITY, Term, no_terms
 
 DAMPING_RATIOS = (0.02, 0.15)
 POINTS = 28
+DELAYS_A_PERIOD = 16
+"""Delays tried over a period of the end of the band."""
 
 
 def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None) -> dict[str, float]:
@@ -26,29 +28,46 @@ def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None) ->
 
     The scan runs from a hundredth of the band to 1.5 times the band, or within a factor of two of `first_mode_hz`.
     """
+    return _scanned(problem, first_mode_hz, problem.torque[problem.usable][:, None])[1]
+
+
+def delay_scanned_start(problem: FitProblem) -> tuple[float, dict[str, float]]:
+    """The same, the torque's delay scanned too: the delay, s, within half a period of the band's end, and the values.
+
+    Raises ExcitationError.
+    """
+    step = 1.0 / (DELAYS_A_PERIOD * problem.band_hz)
+    delays = step * np.arange(-DELAYS_A_PERIOD // 2, DELAYS_A_PERIOD // 2 + 1)
+    recorded = problem.recording.motor_torque
+    earlier = np.column_stack([problem.reduced(recorded, delay=-float(d))[problem.usable] for d in delays])
+    which, values = _scanned(problem, None, earlier)
+    return float(delays[which]), values
+
+
+def _scanned(problem: FitProblem, first_mode_hz: float | None, targets: Floats) -> tuple[int, dict[str, float]]:
+    """Which of the torques (m, d) fits best, and the values with it."""
     motion = problem.motion
     sign = direction(motion, problem.resolution)
     rows = problem.usable
     position = motion.position
     common = [motion.acceleration, motion.velocity, sign, np.ones_like(position), np.cos(position), np.sin(position)]
     reduced = [problem.reduced(c)[rows] for c in common]
-    target = problem.torque[rows]
     if first_mode_hz is None:
         low, high = max(0.15, 0.01 * problem.band_hz), 1.5 * problem.band_hz
     else:
         low, high = 0.5 * first_mode_hz, 2.0 * first_mode_hz
-    best: tuple[float, dict[str, float]] | None = None
+    best: tuple[float, int, dict[str, float]] | None = None
     grid = np.geomspace(low, high, POINTS)
     for refinement in range(2):
         for frequency in grid:
             for ratio in DAMPING_RATIOS:
-                candidate = _linear_fit(problem, float(frequency), ratio, reduced, target, rows)
+                candidate = _linear_fit(problem, float(frequency), ratio, reduced, targets, rows)
                 if candidate is not None and (best is None or candidate[0] < best[0]):
                     best = candidate
         if best is None:
             break
         if refinement == 0:
-            centre = best[1]["_frequency"]
+            centre = best[2]["_frequency"]
             factor = (high / low) ** (1.0 / (POINTS - 1))
             grid = np.geomspace(centre / factor, centre * factor, 9)[1:-1]
     if best is None:
@@ -56,15 +75,18 @@ def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None) ->
             "no locked-motor frequency up to the excited band explains the torque with positive inertias: "
             "the joint may be rigid in this band (try --rigid), or torque and position may not belong together."
         )
-    values = best[1]
+    _, which, values = best
     values.pop("_frequency")
-    return values
+    return which, values
 
 
 def _linear_fit(
-    problem: FitProblem, frequency_hz: float, ratio: float, reduced: list[Floats], target: Floats, rows: Bools
-) -> tuple[float, dict[str, float]] | None:
-    """Sum of squares and values for one locked-motor frequency and damping ratio; None without positive inertias."""
+    problem: FitProblem, frequency_hz: float, ratio: float, reduced: list[Floats], targets: Floats, rows: Bools
+) -> tuple[float, int, dict[str, float]] | None:
+    """Sum of squares, which torque, and values for one locked-motor frequency and damping ratio.
+
+    None without positive inertias.
+    """
     omega = 2.0 * math.pi * frequency_hz
     terms = no_terms()
     terms[Term.STIFFNESS] = omega * omega
@@ -76,24 +98,30 @@ def _linear_fit(
     spring = problem.reduced(link.spring_torque)[rows]
     columns = np.column_stack([*reduced[:4], spring])
     gravity = np.column_stack([*reduced[:3], reduced[4], reduced[5], spring])
-    scale = np.linalg.norm(gravity, axis=0)
-    scale[scale == 0.0] = 1.0
-    solution, *_ = np.linalg.lstsq(gravity / scale, target, rcond=1e-8)
-    solution = solution / scale
-    jm, fvm, fsm, mx, my, jl = (float(s) for s in solution)
-    cost = float(np.sum((target - gravity @ solution) ** 2))
-    if jm <= 0.0 or jl <= 0.0:
-        simple_scale = np.linalg.norm(columns, axis=0)
-        simple_scale[simple_scale == 0.0] = 1.0
-        simple, *_ = np.linalg.lstsq(columns / simple_scale, target, rcond=1e-8)
-        simple = simple / simple_scale
-        jm, fvm, fsm, jl = (float(simple[i]) for i in (0, 1, 2, 4))
-        mx = my = 0.0
-        cost = float(np.sum((target - columns @ simple) ** 2))
-        if jm <= 0.0 or jl <= 0.0:
+    found = _least_squares(gravity, targets)
+    mx, my = 0.0, 0.0
+    if found is not None:
+        cost, which, (jm, fvm, fsm, mx, my, jl) = found
+    else:
+        found = _least_squares(columns, targets)
+        if found is None:
             return None
+        cost, which, (jm, fvm, fsm, _, jl) = found
     values = {
         "Jm": jm, "K": omega * omega * jl, "JL": jl, "FVm": max(fvm, 0.0), "FSm": max(fsm, 0.0),
         "FV": 2.0 * ratio * omega * jl, "FS": 0.0, "MX": mx / GRAVITY, "MY": my / GRAVITY, "_frequency": frequency_hz,
     }  # fmt: skip
-    return cost, values
+    return cost, which, values
+
+
+def _least_squares(columns: Floats, targets: Floats) -> tuple[float, int, Floats] | None:
+    """Sum of squares, which target, and solution, of the best in which first and last, the inertias, are positive."""
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    solutions = np.linalg.lstsq(columns / scale, targets, rcond=1e-8)[0] / scale[:, None]
+    costs = np.sum((targets - columns @ solutions) ** 2, axis=0)
+    costs[(solutions[0] <= 0.0) | (solutions[-1] <= 0.0)] = np.inf
+    which = int(np.argmin(costs))
+    if not np.isfinite(costs[which]):
+        return None
+    return float(costs[which]), which, solutions[:, which]

@@ -10,12 +10,17 @@ from itertools import product
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
+from flex_ident.errors import ExcitationError
 from flex_ident.estimation.problem import FitProblem
+from flex_ident.estimation.start import delay_scanned_start
 from flex_ident.filtering import first_mode
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.spring_start import dead_band_start
 
 REPLACES = {"time_delay": "torque_delay", "encoder_skew": "link_skew"}
 """Effects that take over from a measurement key, which is confined to one sample."""
+FAR_OFF = 0.2
+"""Residual over torque, rms, from which the base fit is not where a delay should start from."""
 PERIODIC = ("torque_ripple", "kinematic_error")
 SMOOTH_PROBE = 1e-3
 """Size of the probe of an effect that enters smoothly: what resonates is linear in small changes only."""
@@ -42,6 +47,8 @@ class Candidate:
     """The prediction changes in proportion to the size: the probe is small and says by how much it must grow."""
     base: Mapping[str, float] = field(default_factory=dict)
     """Values of the model's own keys from which a fit with this candidate had better start."""
+    anew: Mapping[str, float] = field(default_factory=dict)
+    """Values of all keys from which a fit may start as well, found without the base fit where this is far off."""
 
     @property
     def plausible(self) -> float:
@@ -130,8 +137,9 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
         case "nonlinear_stiffness":
             yield slope("cubic", load / bend**3)
         case "backlash":
+            found = _anew(values, dead_band_start(problem))
             for share in (0.01, 0.03, 0.1, 0.3, 1.0):
-                yield one({"gap": share * bend}, one_sided=True)
+                yield replace(one({"gap": share * bend}, one_sided=True), anew=found)
         case "hysteresis":
             for share in (0.03, 0.1, 0.3, 1.0):
                 yield one({"torque": 0.02 * load, "deflection": share * bend}, scaled=("torque",), one_sided=True)
@@ -143,7 +151,7 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
         case "kinematic_error":
             yield from _periodic(name, problem, SMOOTH_PROBE * bend)
         case "time_delay":
-            yield slope("delay", 30.0 * ts)
+            yield replace(slope("delay", 30.0 * ts), anew=_delayed(problem, values))
         case "encoder_skew":
             yield slope("skew", 30.0 * ts)
         case "saturation":
@@ -152,6 +160,26 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
                 yield one({"limit": float(limit)}, one_sided=True)
         case "second_mode":
             yield from _second_modes(problem, values)
+
+
+def _delayed(problem: FitProblem, values: Mapping[str, float]) -> dict[str, float]:
+    """A start that knows the torque's delay: a fit that had to do without one may be lost."""
+    residual = problem.residuals(values)[0][problem.usable]
+    if problem.rigid or float(np.std(residual)) < FAR_OFF * float(np.std(problem.torque[problem.usable])):
+        return {}
+    try:
+        delay, found = delay_scanned_start(problem)
+    except ExcitationError:
+        return {}
+    return _anew(values, {**found, "time_delay.delay": delay})
+
+
+def _anew(values: Mapping[str, float], found: Mapping[str, float]) -> dict[str, float]:
+    """The keys of a model as found without it, measurement keys at zero, and those of the effect."""
+    if not found:
+        return {}
+    own = {k: v for k, v in found.items() if "." in k}
+    return {**{k: found.get(k, v if "." in k else 0.0) for k, v in values.items()}, **own}
 
 
 def _second_modes(problem: FitProblem, values: Mapping[str, float]) -> Iterator[Candidate]:

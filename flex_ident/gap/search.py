@@ -23,6 +23,7 @@ from flex_ident.gap.trials import (
     excess_of,
     final_polish,
     sketched,
+    starts_of,
     tried,
     without,
 )
@@ -249,8 +250,8 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     found = scores(search.solver, search.fit, tries)
     if not found:
         raise DataError(f"--add {name}: makes no sense for this joint, or is part of the model already.")
-    start = best_start(search.solver, search.fit, found[0])
-    trial = tried(search.solver, search.fit, found[0].candidate, [start], search.base)
+    starts = starts_of(search.solver, search.fit, found[0])
+    trial = tried(search.solver, search.fit, found[0].candidate, starts, search.base)
     search.accepted.append(Accepted(trial, True, search.fit, ()))
     search.solver, search.fit = trial.solver, final_polish(trial.solver, trial.fit)
     return search

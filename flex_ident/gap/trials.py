@@ -89,8 +89,15 @@ def extended_solver(solver: GapFit, free: Sequence[str], *added: Candidate) -> t
 def sketched(solver: GapFit, fit: Fit, score: Score) -> Fit:
     """A rough refit with a candidate: what it promises once the whole model follows. Raises ExcitationError."""
     extended, keys = extended_solver(solver, fit.free, score.candidate)
-    start = best_start(solver, fit, score)
-    return extended.solve(keys, start, fit.whitenings, iterations=SKETCH, tolerance=1e-3)
+    starts = starts_of(solver, fit, score)
+    fits = [extended.solve(keys, s, fit.whitenings, iterations=SKETCH, tolerance=1e-3) for s in starts]
+    return min(fits, key=lambda f: f.cost)
+
+
+def starts_of(solver: GapFit, fit: Fit, score: Score) -> list[Mapping[str, float]]:
+    """Where a refit may start: near the fit without the candidate and, if that is far off, from anew."""
+    near = best_start(solver, fit, score)
+    return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
 
 
 def tried(solver: GapFit, fit: Fit, candidate: Candidate, starts: Sequence[Mapping[str, float]], base: Fit) -> Trial:
