@@ -19,7 +19,7 @@ import numpy as np
 
 from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.estimate import estimated, fit_problem, started_values
-from flex_ident.estimation.identification import identification_of
+from flex_ident.estimation.identification import better_start, identification_of
 from flex_ident.parameters import FLEXIBLE_KEYS, JointModel
 from flex_ident.recording import Recording
 from flex_ident.report.table import text_table
@@ -52,15 +52,16 @@ def mujoco(model: JointModel, experiment: Experiment, chain: MeasurementChain, s
     return made
 
 
-def draw(recording: Recording, model: JointModel, sensors: str, guess: float) -> dict[str, tuple[float, float, float]]:
+def draw(
+    recording: Recording, model: JointModel, sensors: str, guess: float, alone: bool
+) -> dict[str, tuple[float, float, float]]:
     """Relative error, relative standard deviation stated, and relative bound of each key."""
     problem = fit_problem(recording, sensors=sensors)
-    if guess == 1.0:
-        start = started_values(problem, FLEXIBLE_KEYS)
-    else:
-        start = {k: model.value(k) for k in FLEXIBLE_KEYS}
-        start.update({k: model.value(k) * guess ** (1 if i % 2 else -1) for i, k in enumerate(KEYS)})
-    start = {k: start.get(k, 0.0) for k in FLEXIBLE_KEYS}
+    starts = [started_values(problem, FLEXIBLE_KEYS)] if not alone else []
+    if guess != 1.0:
+        off = {k: guess ** (1 if i % 2 else -1) for i, k in enumerate(KEYS)}
+        starts.append({k: model.value(k) * off.get(k, 1.0) for k in FLEXIBLE_KEYS})
+    start = better_start(problem, *({k: s.get(k, 0.0) for k in FLEXIBLE_KEYS} for s in starts))
     estimate = estimated(problem, FLEXIBLE_KEYS, start)
     result = identification_of(recording, estimate, sensors=sensors, method="auto")  # type: ignore[arg-type]
     fit = estimate.fit
@@ -87,7 +88,8 @@ def main() -> None:
     parser.add_argument("--noise", default="medium")
     parser.add_argument("--bits", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--guess", type=float, default=1.0, help="start this factor off instead of the linear start")
+    parser.add_argument("--guess", type=float, default=1.0, help="also start this factor off, as `--model` does")
+    parser.add_argument("--alone", action="store_true", help="start from the guess alone, without the linear start")
     parser.add_argument("--plant", choices=("virtual", "mujoco"), default="virtual")
     given = parser.parse_args()
     plant: Callable[..., Recording] = mujoco if given.plant == "mujoco" else virtual
@@ -116,7 +118,7 @@ def main() -> None:
                 recording = plant(model, experiment, chain_of(noise, given.bits), seed)
                 for sensors in given.sensors.split(","):
                     try:
-                        one = draw(recording, model, sensors, given.guess)
+                        one = draw(recording, model, sensors, given.guess, given.alone)
                     except FlexIdentError as error:
                         failed[sensors] = failed.get(sensors, 0) + 1
                         print(f"{name} {sensors} seed {seed}: {error}", file=sys.stderr)

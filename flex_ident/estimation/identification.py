@@ -86,7 +86,7 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
         given = values_of(options.model)
         effects = {k: v for k, v in given.items() if "." in k}
         keys = (*keys, *effects)
-        start = _better_start(problem, {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **given}, {**start, **effects})
+        start = better_start(problem, {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **given}, {**start, **effects})
     if progress is not None:
         progress(0.1)
     estimate = estimated(problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x))
@@ -102,7 +102,7 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
     return replace(result, cutoff_sweep=sweep, notices=(*result.notices, *notices))
 
 
-def _better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:
+def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:
     """The start that leaves least of the torque: a guess far off must not cost the result."""
 
     def left(values: dict[str, float]) -> float:
