@@ -145,7 +145,7 @@ def draws(given: argparse.Namespace) -> Iterator[Draw]:
             for sensors in given.sensors.split(","):
                 chosen: list[tuple[str, ...]] = [(c,) for c in classes]
                 if given.pairs:
-                    rng = np.random.default_rng([i, list(JOINTS).index(joint)])
+                    rng = np.random.default_rng([given.seed + i, list(JOINTS).index(joint)])
                     usable = [c for c in classes if c in CATALOGUE]
                     chosen = [tuple(rng.choice(usable, 2, replace=False)) for _ in range(given.pairs)]
                 for effects in chosen:

@@ -12,6 +12,7 @@ import argparse
 import math
 import statistics
 import time
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -114,6 +115,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=40.0)
     parser.add_argument("--rate", type=float, default=500.0)
     given = parser.parse_args()
+    warnings.filterwarnings("ignore", message="Sparsity parameter is too big")
     print("| hidden | draws | explain | pysindy | explain, s | pysindy, s |\n| --- | --- | --- | --- | --- | --- |")
     totals = [0, 0, 0]
     for name in CLASSES:

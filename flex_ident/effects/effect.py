@@ -8,6 +8,8 @@ from typing import Literal
 
 from flex_ident.recording import Floats
 
+EXACT = 0.01
+"""Law error of what is geometry, time or arithmetic rather than a model of a material."""
 Where = Literal["motor", "spring", "link", "measurement"]
 
 
@@ -45,6 +47,8 @@ class Effect:
     """Makes no sense for a rigid joint."""
     needs_link: bool = False
     """Can only be seen with a link encoder."""
+    law_error: float = 0.05
+    """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
     shape: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     """Parameters that enter nonlinearly: relative grid to search (the caller scales it by the recording)."""
 

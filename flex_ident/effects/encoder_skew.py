@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -28,4 +28,5 @@ ENCODER_SKEW = Effect(
     separated_by="a wide band",
     needs_spring=True,
     needs_link=True,
+    law_error=EXACT,
 )

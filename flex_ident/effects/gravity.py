@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY, Term
 
@@ -28,4 +28,5 @@ GRAVITY_EFFECT = Effect(
     bin_by="link_position",
     confused_with=("torque_offset",),
     separated_by="a large range of positions",
+    law_error=EXACT,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -24,4 +24,5 @@ SATURATION = Effect(
     bin_by="recorded_torque",
     confused_with=("torque_ripple",),
     separated_by="a lower amplitude",
+    law_error=EXACT,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -31,4 +31,5 @@ SECOND_MODE = Effect(
     confused_with=("nonlinear_stiffness", "backlash"),
     separated_by="a link encoder",
     needs_spring=True,
+    law_error=EXACT,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -24,4 +24,5 @@ TIME_DELAY = Effect(
     bin_by="frequency",
     confused_with=("friction_drift", "joint_damping"),
     separated_by="a wide band",
+    law_error=EXACT,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -24,4 +24,5 @@ TORQUE_OFFSET = Effect(
     bin_by="velocity_sign",
     confused_with=("gravity",),
     separated_by="a large range of positions, and standstill from both sides",
+    law_error=EXACT,
 )

@@ -67,7 +67,7 @@ def explain(
     search = searched(solver, base, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
     held = validation_blocks(problem)
-    chain = [(solver, base), *((a.trial.solver, _after(search, i)) for i, a in enumerate(search.accepted))]
+    chain = [(solver, base), *((a.trial.solver, search.after(i)) for i, a in enumerate(search.accepted))]
     trained = [_trained(s, f, problem, held) for s, f in chain]
     gaps = [_gap(problem, values, held) for values in trained]
     report(0.92, "describing what is left")
@@ -122,13 +122,6 @@ def explain(
         curves=_curves(problem, base.values, search.fit.values),
         profiles=_profiles(before_variables, after_variables, first.residual, left.residual, problem.usable),
     )
-
-
-def _after(search: Search, index: int) -> Fit:
-    """The fit after the accepted effect of that index."""
-    if index + 1 < len(search.accepted):
-        return search.accepted[index + 1].before
-    return search.fit
 
 
 def _trained(solver: GapFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:

@@ -22,6 +22,7 @@ from flex_ident.gap.trials import (
     compared,
     excess_of,
     final_polish,
+    own_error_of,
     sketched,
     starts_of,
     tried,
@@ -73,6 +74,15 @@ class Search:
     rejected: dict[str, Rejected] = field(default_factory=dict)
     untestable: dict[str, Untestable] = field(default_factory=dict)
 
+    def after(self, index: int) -> Fit:
+        """The fit after the accepted effect of that index."""
+        return self.accepted[index + 1].before if index + 1 < len(self.accepted) else self.fit
+
+    def own_error(self, besides: Accepted | None = None) -> float:
+        """By how much the model may be wrong itself, one of its effects left aside."""
+        steps = [(a.trial.effect, a.before, self.after(i)) for i, a in enumerate(self.accepted) if a is not besides]
+        return own_error_of(self.solver, steps)
+
 
 def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
     """The search from a base fit. Raises DataError when an effect that was asked for cannot be added."""
@@ -112,7 +122,7 @@ def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
     for a in search.accepted:
         kept = [b.trial.candidate for b in search.accepted if b is not a]
         rest = without(search.solver, search.fit, base.free, kept)
-        trial = compared(search.solver, rest, search.fit, a.trial.candidate, search.base)
+        trial = compared(search.solver, rest, search.fit, a.trial.candidate, search.own_error(besides=a))
         if trial.objection and not a.by_hand and a is not search.accepted[-1]:
             reason = f"with {newest} in the model, {trial.objection}"
             search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, trial.share), reason)
@@ -138,7 +148,8 @@ def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fi
         known = (*base.free, *(k for b in again.accepted for k in b.trial.candidate.keys), *candidate.keys)
         near = {k: v for k, v in search.fit.values.items() if k in known}
         far = {**again.fit.values, **{k: search.fit.values[k] for k in candidate.keys}}
-        trial = tried(again.solver, again.fit, candidate, [{**again.fit.values, **near}, far], search.base)
+        starts = [{**again.fit.values, **near}, far]
+        trial = tried(again.solver, again.fit, candidate, starts, again.own_error())
         again.accepted.append(Accepted(trial, a.by_hand, again.fit, a.others))
         again.solver, again.fit = trial.solver, final_polish(trial.solver, trial.fit)
     return again
@@ -206,9 +217,10 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
         share = 1.0 - drawn.cost / search.fit.cost
         search.rejected[score.candidate.effect] = Rejected(score.candidate.effect, share, "other effects explain more")
     trials: list[Trial] = []
+    own = search.own_error()
     for i, (_, score, drawn) in enumerate(sketches[:MOST_TRIALS]):
         progress(0.5 + 0.1 * i, f"refitting with {_words(score)}")
-        trials.append(tried(search.solver, search.fit, score.candidate, [drawn.values], search.base))
+        trials.append(tried(search.solver, search.fit, score.candidate, [drawn.values], own))
     shaped = next((s for s in found if s.candidate.effect in SHAPED), None)
     if loud and shaped is not None and not any(t.share > ENOUGH and not t.objection for t in trials):
         progress(0.9, f"trying {_words(shaped)}")
@@ -220,7 +232,7 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
         starts = [{**search.fit.values, **c.base, **c.start((1.0,))} for c in _spread(shapes)]
         starts.append(best_start(search.solver, search.fit, shaped))
         try:
-            trials.append(tried(search.solver, search.fit, shaped.candidate, starts, search.base))
+            trials.append(tried(search.solver, search.fit, shaped.candidate, starts, own))
         except ExcitationError:
             search.rejected.setdefault(
                 shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, "no shape of it can be simulated")
@@ -251,7 +263,7 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     if not found:
         raise DataError(f"--add {name}: makes no sense for this joint, or is part of the model already.")
     starts = starts_of(search.solver, search.fit, found[0])
-    trial = tried(search.solver, search.fit, found[0].candidate, starts, search.base)
+    trial = tried(search.solver, search.fit, found[0].candidate, starts, search.own_error())
     search.accepted.append(Accepted(trial, True, search.fit, ()))
     search.solver, search.fit = trial.solver, final_polish(trial.solver, trial.fit)
     return search

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flex_ident.effects import CATALOGUE
+from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.fit import LOGARITHMIC, Fit, key_bounds
@@ -35,8 +35,6 @@ SMALLEST_SHARE = 0.2
 SIGNIFICANT = 3.0
 OWN_ERROR = 1e-3
 """Change of the prediction, relative, that the method's own error may make."""
-LAW_ERROR = 0.05
-"""Share of what the accepted effects change in the prediction that their laws, ideal as they are, may get wrong."""
 ITERATIONS = 10
 SKETCH = 2
 """Iterations of a sketch."""
@@ -100,25 +98,26 @@ def starts_of(solver: GapFit, fit: Fit, score: Score) -> list[Mapping[str, float
     return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
 
 
-def tried(solver: GapFit, fit: Fit, candidate: Candidate, starts: Sequence[Mapping[str, float]], base: Fit) -> Trial:
+def tried(
+    solver: GapFit, fit: Fit, candidate: Candidate, starts: Sequence[Mapping[str, float]], own_error: float
+) -> Trial:
     """The candidate, refitted with everything else from the best of `starts`. Raises ExcitationError.
 
-    `base` is the fit before anything was added.
+    `own_error` is what the model without it may be wrong by itself (`own_error_of`).
     """
     extended, keys = extended_solver(solver, fit.free, candidate)
     after = _refitted(extended, keys, starts, fit)
-    return compared(extended, fit, after, candidate, base)
+    return compared(extended, fit, after, candidate, own_error)
 
 
-def compared(solver: GapFit, before: Fit, after: Fit, candidate: Candidate, base: Fit) -> Trial:
+def compared(solver: GapFit, before: Fit, after: Fit, candidate: Candidate, own_error: float) -> Trial:
     """What speaks for and against `after`, fitted by `solver`, which has the candidate, and `before`, which has not."""
     count = after.residual.size / correlation_factor(after)
     price = len(candidate.keys) * math.log(count) + 2.0 * math.log(len(CATALOGUE))
     evidence = log_likelihood_gain(before, after) - price
     held = held_out_comparison(solver.problem, before, after)
     excess, excess_before, share = closed_share(solver, before, after)
-    own = max(OWN_ERROR, LAW_ERROR * _change(solver, base, before))
-    objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), own)
+    objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), own_error)
     return Trial(candidate, solver, after, evidence, held, share, excess, objection)
 
 
@@ -236,6 +235,12 @@ def _objection(
     if share < SMALLEST_SHARE:
         return f"it closes {100 * share:.0f} % of the gap only, {100 * SMALLEST_SHARE:.0f} % needed for a cause"
     return ""
+
+
+def own_error_of(solver: GapFit, accepted: Sequence[tuple[str, Fit, Fit]]) -> float:
+    """Change of the prediction, relative, that method and laws may make: effects with the fits before and after."""
+    laws = [effect_named(name).law_error * _change(solver, before, after) for name, before, after in accepted]
+    return max(OWN_ERROR, math.hypot(*laws))
 
 
 def _change(solver: GapFit, before: Fit, after: Fit) -> float:
