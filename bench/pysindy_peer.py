@@ -84,6 +84,7 @@ def library(recording: Recording, sensors: str, hidden: Mapping[str, float]) -> 
 def named_by_regression(made: Library) -> str:
     """The effect whose terms contribute most to the sparse model; empty when none is worth a name."""
     scale = np.linalg.norm(made.columns, axis=0)
+    scale[scale == 0.0] = 1.0
     target = made.residual - made.residual.mean()
     size = float(np.linalg.norm(target))
     columns, target = made.columns / scale, target / size
@@ -110,6 +111,7 @@ def main() -> None:
     """A row for each class: how often each names it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--draws", type=int, default=2)
+    parser.add_argument("--classes", default=",".join(CLASSES))
     parser.add_argument("--joints", default="paper,cobot")
     parser.add_argument("--sensors", default="motor+link")
     parser.add_argument("--duration", type=float, default=40.0)
@@ -118,7 +120,7 @@ def main() -> None:
     warnings.filterwarnings("ignore", message="Sparsity parameter is too big")
     print("| hidden | draws | explain | pysindy | explain, s | pysindy, s |\n| --- | --- | --- | --- | --- | --- |")
     totals = [0, 0, 0]
-    for name in CLASSES:
+    for name in given.classes.split(","):
         ours, theirs, spent = 0, 0, ([], [])
         cases = [(joint, i) for joint in given.joints.split(",") for i in range(given.draws)]
         for joint, i in cases:
