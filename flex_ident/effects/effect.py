@@ -49,6 +49,8 @@ class Effect:
     """Can only be seen with a link encoder."""
     law_error: float = 0.05
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
+    imitable: float = 1.0
+    """Share of the error of method and laws that could look like this effect."""
     shape: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     """Parameters that enter nonlinearly: relative grid to search (the caller scales it by the recording)."""
 

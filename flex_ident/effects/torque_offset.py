@@ -25,4 +25,5 @@ TORQUE_OFFSET = Effect(
     confused_with=("gravity",),
     separated_by="a large range of positions, and standstill from both sides",
     law_error=EXACT,
+    imitable=0.3,  # errors of friction and spring are odd in velocity or deflection, this is neither
 )

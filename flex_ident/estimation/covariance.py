@@ -13,7 +13,9 @@ LAG_S = 1.0
 """Lag up to which scores are taken as correlated, s."""
 BLOCKS = 24
 """Stretches of time over which the scores' agreement is tested."""
-WEAK_SINGULAR_VALUE = 1e-5
+WEAK_SINGULAR_VALUE = 1e-6
+"""Relative to the largest: what differences cannot tell from zero. A link encoder may be 1e5 times as precise as a
+torque, and yet the torque alone tells the scale of all forces."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,8 @@ class Fit:
     at_bound: tuple[str, ...]
     cost: float
     """Half the sum of squares of the whitened residual."""
+    converged: bool = True
+    """Whether the search for it ended by itself."""
 
 
 def key_scale(problem: FitProblem, key: str, value: float) -> float:
@@ -113,9 +115,17 @@ class SimulationFit:
 
     def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
         """All channels' whitened residuals in one vector (r,)."""
+        return self._whitened(self.problem.residuals(values), whitenings)
+
+    def whitened_residuals(
+        self, many: Sequence[Mapping[str, float]], whitenings: tuple[Whitening, ...]
+    ) -> list[Floats]:
+        """The same (r,) for each of several sets of values, simulated together."""
+        return [self._whitened(residuals, whitenings) for residuals in self.problem.residuals_of_many(many)]
+
+    def _whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
         rows = self._rows(whitenings)
-        parts = [w(r)[i] for w, r, i in zip(whitenings, self.problem.residuals(values), rows, strict=True)]
-        return np.concatenate(parts)
+        return np.concatenate([w(r)[i] for w, r, i in zip(whitenings, residuals, rows, strict=True)])
 
     def whitened_jacobian(
         self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]
@@ -138,9 +148,12 @@ class SimulationFit:
         *,
         iterations: int = 30,
         tolerance: float = 1e-8,
-        robust: bool = False,
+        rough: bool = False,
     ) -> Fit:
-        """Minimise over `keys` from `start`. Raises ExcitationError when no simulation near the start is finite."""
+        """Minimise over `keys` from `start`. Raises ExcitationError when no simulation near the start is finite.
+
+        `rough` spares the last Jacobian: that of the result is the one before the last step.
+        """
         keys = tuple(keys)
         values = dict(start)
         logarithmic = np.array([k in LOGARITHMIC for k in keys])
@@ -184,12 +197,12 @@ class SimulationFit:
             x0[i] = np.clip(packed(key, values.get(key, 0.0), scale[i]), lower[i], upper[i])
         if not np.isfinite(self.whitened_residual(unpacked(x0), whitenings)).all():
             raise ExcitationError("the simulation of the starting model runs away: give --first-mode or --model.")
-        x, rest, slope = self._minimum(
-            residual, jacobian, x0, lower, upper, iterations=iterations, tolerance=tolerance, robust=robust
+        x, rest, slope, converged = self._minimum(
+            residual, jacobian, x0, lower, upper, iterations=iterations, tolerance=tolerance, rough=rough
         )
         # trf stays a hair inside the bounds: a parameter that wants to leave is put on its bound.
         near = 1e-4
-        at_bound = []
+        at_bound, reached = [], x.copy()
         for i, key in enumerate(keys):
             if key in LOGARITHMIC:
                 continue
@@ -197,23 +210,25 @@ class SimulationFit:
                 x[i] = lower[i] if x[i] - lower[i] < near else upper[i]
                 at_bound.append(key)
         found = unpacked(x)
-        if at_bound or robust:
-            return self.linearised(keys, found, whitenings, tuple(at_bound))
+        if (x != reached).any():
+            return replace(self.linearised(keys, found, whitenings, tuple(at_bound)), converged=converged)
         count = rest.size - len(prior_keys)
         units = np.where(logarithmic, [found[k] for k in keys], scale)
         known = (rest[:count], slope[:count] / units)
-        return self.linearised(keys, found, whitenings, known=known)
+        linearised = self.linearised(keys, found, whitenings, tuple(at_bound), known=known)
+        return replace(linearised, converged=converged)
 
     def _minimum(
         self, residual: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats, lower: Floats,
-        upper: Floats, *, iterations: int, tolerance: float, robust: bool,
-    ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-        """The point of least cost within the bounds, residual and Jacobian there."""
+        upper: Floats, *, iterations: int, tolerance: float, rough: bool,
+    ) -> tuple[Floats, Floats, Floats, bool]:  # fmt: skip
+        """The point of least cost within the bounds, residual and Jacobian there (`rough`: or nearby), and whether the
+        search ended by itself."""
         found = optimize.least_squares(
             residual, start, jacobian, bounds=(lower, upper), x_scale="jac", max_nfev=iterations, method="trf",
-            ftol=tolerance, xtol=1e-8, gtol=1e-10, loss="soft_l1" if robust else "linear", f_scale=2.0,
+            ftol=tolerance, xtol=1e-8, gtol=1e-10,
         )  # fmt: skip
-        return np.array(found.x), np.array(found.fun), np.array(found.jac)
+        return np.array(found.x), np.array(found.fun), np.array(found.jac), bool(found.status > 0)
 
     def linearised(
         self,

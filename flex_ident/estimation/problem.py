@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,20 +14,17 @@ from scipy import ndimage
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ConfigurationError, ExcitationError
+from flex_ident.estimation.links import LinkResponses
 from flex_ident.filtering.direction import motion_direction, velocity_noise
 from flex_ident.filtering.spectral import SpectralFilter
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
 from flex_ident.recording import Floats, Recording
 from flex_ident.simulation.motion import MotorMotion, motor_motion
-from flex_ident.simulation.response import LinkMotion, link_motion, motor_torque
+from flex_ident.simulation.response import LinkMotion, motor_torque
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
 
 Bools = NDArray[np.bool_]
 
-MOTOR_SIDE = [
-    int(t) for t in Term if Term.MOTOR_INERTIA <= t <= Term.RIPPLE_PHASE or Term.TORQUE_DELAY <= t <= Term.TORQUE_LIMIT
-]
-"""Terms that leave the link's motion as it is: no simulation is needed for their sensitivity."""
 COMPARISON_MARGIN = 1.2
 """Cutoff of the comparison's low-pass over the excited band."""
 DRIVE_MARGIN = 3.0
@@ -140,8 +136,8 @@ class FitProblem:
             recording.motor_position, rate, cutoff_hz=drive_hz, substeps=self.substeps
         )
         n = recording.motor_position.size
-        self._filter = SpectralFilter(n, rate, self.cutoff_hz)
         self.decimation = max(1, int(rate / (2.5 * self.cutoff_hz)))
+        self._filter = SpectralFilter(n, rate, self.cutoff_hz, decimation=self.decimation)
         self.rate_hz = rate / self.decimation
         self.time: Floats = recording.time[:: self.decimation]
         self.resolution = self._velocity_resolution(recording, drive_hz)
@@ -158,13 +154,12 @@ class FitProblem:
                 f"{int(self.usable.sum())} usable samples are left of {n} after edges, gaps and standstill: "
                 "record at least ten seconds of motion."
             )
-        self._links: dict[bytes, LinkMotion] = {}
-        self._lock = threading.Lock()
+        self._links = LinkResponses(self.motion, lambda position, skew: self.reduced(position, delay=skew))
 
     def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0) -> Floats:
         """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is."""
         (filtered,) = self._filter(signal, delay=delay, curvature=curvature)
-        return filtered[:: self.decimation]
+        return filtered
 
     def _velocity_resolution(self, recording: Recording, cutoff_hz: float) -> float:
         rest = recording.motor_position - self.motion.position
@@ -194,20 +189,7 @@ class FitProblem:
         """The link's motion under `terms` at the recording's rate; None for a rigid joint."""
         if self.rigid:
             return None
-        relevant = terms.copy()
-        relevant[MOTOR_SIDE] = 0.0
-        key = relevant.tobytes()
-        with self._lock:
-            found = self._links.pop(key, None)
-            if found is not None:
-                self._links[key] = found
-                return found
-        found = link_motion(relevant, self.motion)
-        with self._lock:
-            self._links[key] = found
-            while len(self._links) > 4:  # the point of linearisation is asked for again and again
-                self._links.pop(next(iter(self._links)))
-        return found
+        return self._links.of(terms)
 
     def link_response_of(self, values: Mapping[str, float]) -> LinkMotion | None:
         """The link's motion (n,) under flat values; None for a rigid joint."""
@@ -227,7 +209,8 @@ class FitProblem:
         )
         link_out = None
         if self.link is not None and link is not None:
-            link_out = self.reduced(link.position, delay=float(terms[Term.LINK_SKEW])) + terms[Term.LINK_ZERO]
+            position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))
+            link_out = position + terms[Term.LINK_ZERO]
         return Prediction(torque_out, link_out)
 
     def measured_torque(self, values: Mapping[str, float]) -> Floats:
@@ -239,7 +222,16 @@ class FitProblem:
 
     def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
         """Measured minus predicted, (m,) each: torque, and link position where there is one."""
-        predicted = self.prediction(values)
+        return self._compared(values, self._prediction(terms_of(values, rigid=self.rigid)))
+
+    def residuals_of_many(self, many: Sequence[Mapping[str, float]]) -> list[tuple[Floats, ...]]:
+        """The same under each of several sets of values, in one pass on all cores."""
+        terms = [terms_of(values, rigid=self.rigid) for values in many]
+        links = [None] * len(terms) if self.rigid else self._links.of_many(terms)
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:  # the FFTs release the GIL
+            return list(pool.map(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links))
+
+    def _compared(self, values: Mapping[str, float], predicted: Prediction) -> tuple[Floats, ...]:
         residual = [self.measured_torque(values) - predicted.torque]
         if self.link is not None and predicted.link is not None:
             residual.append(self.link - predicted.link)
@@ -250,25 +242,25 @@ class FitProblem:
     ) -> tuple[Floats, ...]:
         """Derivative of each residual with respect to `keys`, (m, len(keys)) a channel; forward differences.
 
-        `steps` gives the size of each difference. The simulation is run once a key that moves the link. All forces
-        on the link scaled together leave its motion as it is: differences must honour that to the last digit, or a
-        precise link encoder would seem to know the scale. What they miss goes into the column of JL.
+        `steps` gives the size of each difference. All keys that move the link are simulated in one pass. All forces
+        scaled together leave the link's motion as it is and scale the torque (Euler's theorem on homogeneous
+        functions), which gives the column of JL from the others; differences must honour that to the last digit, or a
+        precise link encoder would seem to know the scale.
         """
-        base = self.residuals(values)
-        columns = [np.empty((r.size, len(keys))) for r in base]
-
-        def fill(i: int) -> None:
-            step = steps[keys[i]]
-            moved = self.residuals({**values, keys[i]: values.get(keys[i], 0.0) + step})
-            for column, r0, r1 in zip(columns, base, moved, strict=True):
-                column[:, i] = (r1 - r0) / step
-
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:  # the simulation and the FFTs release the GIL
-            list(pool.map(fill, range(len(keys))))
+        base = self.prediction(values)
+        rest = self._compared(values, base)
+        columns = [np.zeros((r.size, len(keys))) for r in rest]
         scaling = [key for key, value in values.items() if value != 0.0 and is_force(key)]
-        if self.link is not None and "JL" in keys and set(scaling) <= set(keys):
-            excess = sum(values[key] * columns[1][:, keys.index(key)] for key in scaling)
-            columns[1][:, keys.index("JL")] -= excess / values["JL"]
+        homogeneous = "JL" in keys and set(scaling) <= set(keys) and "saturation.limit" not in values
+        varied = [key for key in keys if not (homogeneous and key == "JL")]
+        moved = [{**values, key: values.get(key, 0.0) + steps[key]} for key in varied]
+        for key, there in zip(varied, self.residuals_of_many(moved), strict=True):
+            for column, r0, r1 in zip(columns, rest, there, strict=True):
+                column[:, keys.index(key)] = (r1 - r0) / steps[key]
+        if homogeneous:
+            weights = np.array([values[key] if key in scaling and key != "JL" else 0.0 for key in keys])
+            for column, scaled in zip(columns, (base.torque, 0.0), strict=False):
+                column[:, keys.index("JL")] = -(scaled + column @ weights) / values["JL"]
         return tuple(columns)
 
     def restricted(self, usable: Bools) -> FitProblem:

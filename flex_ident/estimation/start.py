@@ -8,17 +8,22 @@ one simulation of a linear link gives columns in which motor inertia, friction, 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.problem import Bools, FitProblem
 from flex_ident.recording import Floats
-from flex_ident.simulation.response import direction, link_motion
+from flex_ident.simulation.batch import LANES
+from flex_ident.simulation.response import LinkMotion, direction, link_motions
 from flex_ident.simulation.terms import GRAVITY, Term, no_terms
 
+Shape = Mapping[Term, float]
 DAMPING_RATIOS = (0.02, 0.15)
 POINTS = 28
+LIMITS = np.geomspace(0.04, 1.0, 36)
+"""Limits of the torque tried, relative to the largest that was asked for."""
 DELAYS_A_PERIOD = 16
 """Delays tried over a period of the end of the band."""
 
@@ -44,8 +49,50 @@ def delay_scanned_start(problem: FitProblem) -> tuple[float, dict[str, float]]:
     return float(delays[which]), values
 
 
+def limit_scanned_start(problem: FitProblem) -> tuple[float, dict[str, float]]:
+    """The same, a limit of the torque scanned too: the limit, N m, over which the drive delivered no more, and values.
+
+    Raises ExcitationError.
+    """
+    recorded = problem.recording.motor_torque
+    limits = np.max(np.abs(recorded)) * LIMITS
+    clipped = np.column_stack([problem.reduced(np.clip(recorded, -x, x))[problem.usable] for x in limits])
+    sizes = np.linalg.norm(clipped, axis=0)  # a lower limit leaves less torque, and less error for that reason alone
+    which, values = _scanned(problem, None, clipped / sizes)
+    return float(limits[which]), {key: value * float(sizes[which]) for key, value in values.items()}
+
+
+def spring_scanned_start(
+    problem: FitProblem, shapes: Sequence[Callable[[float], Shape]]
+) -> tuple[int, float, dict[str, float]]:
+    """The same, the spring's law scanned too: which of `shapes` fits best, the link's inertia, and the values.
+
+    A shape gives, for the square of the locked-motor frequency, (rad/s)^2, terms of a spring on a link of unit inertia.
+    Raises ExcitationError.
+    """
+    best: tuple[float, int, dict[str, float]] | None = None
+    target = problem.torque[problem.usable][:, None]
+    for which, shape in enumerate(shapes):
+        try:
+            cost, _, values = _best_scanned(problem, None, target, shape)
+        except ExcitationError:
+            continue
+        if best is None or cost < best[0]:
+            best = (cost, which, values)
+    if best is None:
+        raise ExcitationError("no such spring explains the torque with positive inertias.")
+    return best[1], best[2]["JL"], best[2]
+
+
 def _scanned(problem: FitProblem, first_mode_hz: float | None, targets: Floats) -> tuple[int, dict[str, float]]:
     """Which of the torques (m, d) fits best, and the values with it."""
+    return _best_scanned(problem, first_mode_hz, targets, lambda _square: {})[1:]
+
+
+def _best_scanned(
+    problem: FitProblem, first_mode_hz: float | None, targets: Floats, shape: Callable[[float], Shape]
+) -> tuple[float, int, dict[str, float]]:
+    """Sum of squares left, which of the torques (m, d) fits best, and the values with it."""
     motion = problem.motion
     sign = direction(motion, problem.resolution)
     rows = problem.usable
@@ -59,11 +106,11 @@ def _scanned(problem: FitProblem, first_mode_hz: float | None, targets: Floats) 
     best: tuple[float, int, dict[str, float]] | None = None
     grid = np.geomspace(low, high, POINTS)
     for refinement in range(2):
-        for frequency in grid:
-            for ratio in DAMPING_RATIOS:
-                candidate = _linear_fit(problem, float(frequency), ratio, reduced, targets, rows)
-                if candidate is not None and (best is None or candidate[0] < best[0]):
-                    best = candidate
+        ways = [(float(frequency), ratio) for frequency in grid for ratio in DAMPING_RATIOS]
+        for (frequency, ratio), link in zip(ways, _unit_links(problem, ways, shape), strict=True):
+            candidate = _linear_fit(problem, frequency, ratio, link, reduced, targets, rows)
+            if candidate is not None and (best is None or candidate[0] < best[0]):
+                best = candidate
         if best is None:
             break
         if refinement == 0:
@@ -75,24 +122,41 @@ def _scanned(problem: FitProblem, first_mode_hz: float | None, targets: Floats) 
             "no locked-motor frequency up to the excited band explains the torque with positive inertias: "
             "the joint may be rigid in this band (try --rigid), or torque and position may not belong together."
         )
-    _, which, values = best
-    values.pop("_frequency")
-    return which, values
+    best[2].pop("_frequency")
+    return best
+
+
+def _unit_links(
+    problem: FitProblem, ways: Sequence[tuple[float, float]], shape: Callable[[float], Shape]
+) -> Iterator[LinkMotion]:
+    """The motion of a link of unit inertia for each locked-motor frequency, Hz, and damping ratio."""
+    for first in range(0, len(ways), LANES):
+        many = []
+        for frequency_hz, ratio in ways[first : first + LANES]:
+            omega = 2.0 * math.pi * frequency_hz
+            terms = no_terms()
+            terms[Term.STIFFNESS], terms[Term.LINK_INERTIA] = omega * omega, 1.0
+            terms[Term.LINK_VISCOUS] = 2.0 * ratio * omega
+            for term, value in shape(omega * omega).items():
+                terms[term] = value
+            many.append(terms)
+        yield from link_motions(many, problem.motion)
 
 
 def _linear_fit(
-    problem: FitProblem, frequency_hz: float, ratio: float, reduced: list[Floats], targets: Floats, rows: Bools
+    problem: FitProblem,
+    frequency_hz: float,
+    ratio: float,
+    link: LinkMotion,
+    reduced: list[Floats],
+    targets: Floats,
+    rows: Bools,
 ) -> tuple[float, int, dict[str, float]] | None:
     """Sum of squares, which torque, and values for one locked-motor frequency and damping ratio.
 
     None without positive inertias.
     """
     omega = 2.0 * math.pi * frequency_hz
-    terms = no_terms()
-    terms[Term.STIFFNESS] = omega * omega
-    terms[Term.LINK_INERTIA] = 1.0
-    terms[Term.LINK_VISCOUS] = 2.0 * ratio * omega
-    link = link_motion(terms, problem.motion)
     if not np.isfinite(link.spring_torque).all():
         return None
     spring = problem.reduced(link.spring_torque)[rows]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
 
 from flex_ident.errors import ExcitationError
@@ -25,19 +26,31 @@ class SpectralFilter:
 
     The signal is continued at both ends by its point reflection, so that value and slope stay continuous; what is
     wrong is confined to about a period of the cutoff at each edge. `upsampling` gives that many output samples for
-    each input sample: outputs have (n - 1) * upsampling + 1 samples.
+    each input sample: outputs have (n - 1) * upsampling + 1 samples. `decimation` gives every so many samples only,
+    ceil(n / decimation) in all, and costs less than to filter and then drop them.
     """
 
-    def __init__(self, n: int, sample_rate_hz: float, cutoff_hz: float, *, upsampling: int = 1) -> None:
+    def __init__(
+        self, n: int, sample_rate_hz: float, cutoff_hz: float, *, upsampling: int = 1, decimation: int = 1
+    ) -> None:
         if n < 16:
             raise ExcitationError(f"{n} samples are too few to filter: record at least a few seconds.")
+        if decimation > 1 and upsampling > 1:
+            raise ValueError("either upsampling or decimation")
         self.n = n
         self.upsampling = upsampling
+        self.decimation = d = decimation
         self._rate = sample_rate_hz
-        self._extension = min(n - 1, max(8, round(EXTENSION_S * sample_rate_hz)))
-        self._length = fft.next_fast_len(n + 2 * self._extension, real=True)
-        self._frequency: Floats = fft.rfftfreq(self._length, 1.0 / sample_rate_hz)
+        # The first sample must be one of those that decimation keeps.
+        self._extension = d * max(1, min(n - 1, max(8, round(EXTENSION_S * sample_rate_hz))) // d)
+        self._length = d * fft.next_fast_len(-(-(n + 2 * self._extension) // d), real=True)
+        frequency: Floats = fft.rfftfreq(self._length, 1.0 / sample_rate_hz)
+        # Of what decimation folds back, the first image is kept: the second is under 1e-5 of it.
+        self._frequency = frequency[: self._length // d + 1] if d > 1 else frequency
         self._response = lowpass_response(self._frequency, cutoff_hz)
+        e = self._extension
+        self._ramp: Floats = 0.5 - 0.5 * np.cos(np.pi * np.arange(e) / e)
+        self._along: Floats = np.linspace(0.0, 1.0, n)
 
     def __call__(
         self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0
@@ -47,33 +60,39 @@ class SpectralFilter:
         `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative.
         """
         e, n, length = self._extension, self.n, self._length
-        line = np.linspace(signal[0], signal[-1], n)
-        flat = signal - line
+        flat = signal - (signal[0] + (signal[-1] - signal[0]) * self._along)
         slope = (signal[-1] - signal[0]) / max(n - 1, 1)
         extended = np.zeros(length)
         extended[e : e + n] = flat
         extended[:e] = -flat[e:0:-1]
         extended[e + n : 2 * e + n] = -flat[-2 : -e - 2 : -1]
         # Both ends come down to zero, which is where the padding up to the FFT's length lies.
-        ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(e) / e)
-        extended[:e] *= ramp
-        extended[e + n : 2 * e + n] *= ramp[::-1]
-        spectrum = fft.rfft(extended) * self._response
+        extended[:e] *= self._ramp
+        extended[e + n : 2 * e + n] *= self._ramp[::-1]
+        spectrum = fft.rfft(extended)[: self._response.size] * self._response
         if delay != 0.0:
             spectrum *= np.exp(-2j * np.pi * self._frequency * delay)
         if curvature != 0.0:
             spectrum *= 1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2
-        u = self.upsampling
-        start = e * u
-        count = (n - 1) * u + 1
+        u, d = self.upsampling, self.decimation
+        start = e * u // d
+        count = (n - 1) * u // d + 1
         outputs = []
         for order in derivatives:
             shaped = spectrum * (2j * np.pi * self._frequency) ** order if order else spectrum
-            fine = fft.irfft(shaped, length) if u == 1 else fft.irfft(shaped, length * u) * u
-            result = fine[start : start + count].copy()
+            fine = fft.irfft(_folded(shaped), length // d) / d if d > 1 else fft.irfft(shaped, length * u) * u
+            result: Floats = fine[start : start + count].copy()
             if order == 0:
-                result += signal[0] + slope / u * np.arange(count) - slope * delay * self._rate
+                result += signal[0] + slope * d / u * np.arange(count) - slope * delay * self._rate
             elif order == 1:
                 result += slope * self._rate
             outputs.append(result)
         return tuple(outputs)
+
+
+def _folded(spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Bins 0 to m of a spectrum folded at m / 2: that of every so many samples, m in all."""
+    m = spectrum.size - 1
+    half = m // 2
+    folded: NDArray[np.complex128] = spectrum[: half + 1] + np.conj(spectrum[m : m - half - 1 : -1])
+    return folded

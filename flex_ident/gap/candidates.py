@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -12,15 +12,21 @@ import numpy as np
 from flex_ident.effects import CATALOGUE
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.problem import FitProblem
-from flex_ident.estimation.start import delay_scanned_start
+from flex_ident.estimation.start import delay_scanned_start, limit_scanned_start, spring_scanned_start
 from flex_ident.filtering import first_mode
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.spring_start import dead_band_start
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
 
 REPLACES = {"time_delay": "torque_delay", "encoder_skew": "link_skew"}
 """Effects that take over from a measurement key, which is confined to one sample."""
 FAR_OFF = 0.2
-"""Residual over torque, rms, from which the base fit is not where a delay should start from."""
+"""Residual over torque, rms, from which the base fit is not where a delay or a saturation should start from."""
+BENT = 0.02
+"""Likewise for a spring whose law is scanned."""
+HARDENINGS = (-0.1, -0.03, 0.01, 0.03, 0.1, 0.3)
+"""Cubic over linear part of the spring's torque at the rms deflection of the best linear spring."""
 PERIODIC = ("torque_ripple", "kinematic_error")
 SMOOTH_PROBE = 1e-3
 """Size of the probe of an effect that enters smoothly: what resonates is linear in small changes only."""
@@ -135,7 +141,7 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
                 )
                 yield Candidate(name, each, tuple(f"gravity.{k}" for k in missing), False, smooth=True)
         case "nonlinear_stiffness":
-            yield slope("cubic", load / bend**3)
+            yield replace(slope("cubic", load / bend**3), anew=_bent(problem, values, bend))
         case "backlash":
             found = _anew(values, dead_band_start(problem))
             for share in (0.01, 0.03, 0.1, 0.3, 1.0):
@@ -155,23 +161,58 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
         case "encoder_skew":
             yield slope("skew", 30.0 * ts)
         case "saturation":
-            recorded = np.abs(problem.recording.motor_torque)
+            recorded, found = np.abs(problem.recording.motor_torque), _clipped(problem, values)
             for limit in (*(np.max(recorded) * LIMIT_SHARES), *np.quantile(recorded, LIMIT_QUANTILES)):
-                yield one({"limit": float(limit)}, one_sided=True)
+                yield replace(one({"limit": float(limit)}, one_sided=True), anew=found)
         case "second_mode":
             yield from _second_modes(problem, values)
 
 
+def _torque_residual(problem: FitProblem, values: Mapping[str, float]) -> Floats:
+    return problem.residuals(values)[0][problem.usable]
+
+
+def _far_off(problem: FitProblem, values: Mapping[str, float]) -> bool:
+    left = float(np.std(_torque_residual(problem, values)))
+    return not problem.rigid and left >= FAR_OFF * float(np.std(problem.torque[problem.usable]))
+
+
 def _delayed(problem: FitProblem, values: Mapping[str, float]) -> dict[str, float]:
     """A start that knows the torque's delay: a fit that had to do without one may be lost."""
-    residual = problem.residuals(values)[0][problem.usable]
-    if problem.rigid or float(np.std(residual)) < FAR_OFF * float(np.std(problem.torque[problem.usable])):
+    if not _far_off(problem, values):
         return {}
     try:
         delay, found = delay_scanned_start(problem)
     except ExcitationError:
         return {}
     return _anew(values, {**found, "time_delay.delay": delay})
+
+
+def _clipped(problem: FitProblem, values: Mapping[str, float]) -> dict[str, float]:
+    """A start that knows where the drive saturates, likewise."""
+    if not _far_off(problem, values):
+        return {}
+    try:
+        limit, found = limit_scanned_start(problem)
+    except ExcitationError:
+        return {}
+    return _anew(values, {**found, "saturation.limit": limit})
+
+
+def _bent(problem: FitProblem, values: Mapping[str, float], bend: float) -> dict[str, float]:
+    """A start that knows how the spring hardens or softens: the best linear spring has its resonance elsewhere."""
+    if problem.rigid or float(np.std(_torque_residual(problem, values))) < BENT * float(np.std(problem.torque)):
+        return {}
+
+    def hardening(share: float) -> Callable[[float], Mapping[Term, float]]:
+        return lambda square: {Term.CUBIC_STIFFNESS: share * square / bend**2}
+
+    try:
+        which, inertia, found = spring_scanned_start(problem, [hardening(share) for share in HARDENINGS])
+    except ExcitationError:
+        return {}
+    square = found["K"] / inertia
+    return _anew(values, {**found, "nonlinear_stiffness.cubic": HARDENINGS[which] * square / bend**2 * inertia})
 
 
 def _anew(values: Mapping[str, float], found: Mapping[str, float]) -> dict[str, float]:

@@ -55,7 +55,7 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
         "schema": SCHEMA, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
         "gap": {
             "unit": e.unit, "measured_on": "validation", "before": e.before, "after": e.after,
-            "noise_floor": e.noise_floor, "closed": e.closed,
+            "noise_floor": e.noise_floor, "method_error": e.method_error, "closed": e.closed,
             "steps": [{"model": s.model, "gap": s.gap} for s in e.steps],
             "repeats": {"before": _repeats(e.repeats), "after": _repeats(e.repeats_left)} if e.repeats else None,
         },

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.effects import effect_named
+from flex_ident.errors import ExcitationError
 from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.estimate import Estimate, fit_problem, validation_blocks
 from flex_ident.estimation.fit import Fit
 from flex_ident.estimation.identification import chosen_sensors, identification_of, identified_parameter
-from flex_ident.estimation.problem import FitProblem
+from flex_ident.estimation.problem import FitProblem, values_of
 from flex_ident.estimation.verdict import ESSENTIAL
 from flex_ident.filtering import first_mode
 from flex_ident.gap.explanation import (
@@ -38,12 +39,14 @@ from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 
 VALIDATION_ITERATIONS = 5
-STIFFEST = 1.25
+STIFFEST = 0.75
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
 VISIBLE = 1.03
 """Gap over the noise floor from which it makes sense to say where it lies."""
 AT_THE_LIMIT = 0.99
 """Of a sample: a delay or skew that the fit would have larger."""
+LEAST_S, LEAST_HELD_S = 4.0, 0.8
+"""Usable motion, s, and of it the part kept for validation, under which nothing can be looked for."""
 PERIODS = 2.0
 """Periods within the range of motion from which an effect can be called periodic."""
 
@@ -61,22 +64,23 @@ def explain(
     problem = fit_problem(
         recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, stiffest=STIFFEST
     )
+    held = validation_blocks(problem)
+    _refuse_short(problem, held)
     report(0.02, "fitting the base model")
     solver, base = base_fit(problem, options)
     report(0.2, "screening")
     search = searched(solver, base, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
-    held = validation_blocks(problem)
     chain = [(solver, base), *((a.trial.solver, search.after(i)) for i, a in enumerate(search.accepted))]
     trained = [_trained(s, f, problem, held) for s, f in chain]
     gaps = [_gap(problem, values, held) for values in trained]
     report(0.92, "describing what is left")
-    first, left = remainder(solver, base), remainder(search.solver, search.fit)
+    first, left = remainder(solver, base, held), remainder(search.solver, search.fit, held)
     floor = min(left.floor, gaps[-1])
     final = _final(recording, problem, search, trained[-1], held, sensors)
     steps = _steps(search, gaps)
     findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
-    notices = _notices(search, problem)
+    notices = (*_as_given(problem, options, gaps[0], held), *_notices(search, problem))
     determined = all(p.identifiable for p in final.parameters if p.key in ESSENTIAL)
     if not determined:
         notices = (*notices, _refusal(findings))
@@ -88,7 +92,8 @@ def explain(
         where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
     structured = left.structured(gaps[-1])
-    verdict = _verdict(findings, determined=determined, structured=structured)
+    named = any(not a.trial.objection for a in search.accepted) and bool(findings)
+    verdict = _verdict(named=named, determined=determined, structured=structured)
     unexplained = None
     if structured:
         place = where_left[0].text if where_left else "it is spread evenly"
@@ -108,6 +113,7 @@ def explain(
         before=gaps[0],
         after=gaps[-1],
         noise_floor=floor,
+        method_error=left.own_error,
         steps=steps,
         where=where,
         findings=findings,
@@ -225,12 +231,32 @@ def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
     )
 
 
-def _verdict(findings: Sequence[Finding], *, determined: bool, structured: bool) -> GapVerdict:
+def _verdict(*, named: bool, determined: bool, structured: bool) -> GapVerdict:
+    """`named`: whether an effect was found, or put in by hand and nothing speaks against it."""
     if not determined:
         return "rejected"
-    if findings:
+    if named:
         return "partly_explained" if structured else "explained"
     return "unexplained" if structured else "complete"
+
+
+def _refuse_short(problem: FitProblem, held: NDArray[np.bool_]) -> None:
+    usable_s, held_s = (float(np.count_nonzero(rows)) / problem.rate_hz for rows in (problem.usable, held))
+    if usable_s < LEAST_S or held_s < LEAST_HELD_S:
+        raise ExcitationError(
+            f"{usable_s:.1f} s of usable motion, {held_s:.1f} s of them to check with, are too few to look for what is "
+            f"missing: record at least {2.0 * LEAST_S:g} s in which the joint moves."
+        )
+
+
+def _as_given(problem: FitProblem, options: GapOptions, refitted: float, held: NDArray[np.bool_]) -> tuple[Notice, ...]:
+    """How far the model as it was given is from the measurement, before its parameters are identified again."""
+    if options.model is None:
+        return ()
+    given = _gap(problem, {k: v for k, v in values_of(options.model).items() if k not in options.without}, held)
+    text = f"the model as given leaves {given:.3g} N m"
+    text += f"; with its parameters identified again, which is the base here, {refitted:.3g} N m."
+    return (Notice("model_as_given", text),)
 
 
 def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:

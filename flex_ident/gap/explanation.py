@@ -130,6 +130,8 @@ class GapExplanation:
     curves: GapCurves | None = None
     profiles: Mapping[str, tuple[Profile, Profile]] = field(default_factory=dict)
     """The gap over each variable, before and after."""
+    method_error: float = 0.0
+    """Gap, N m rms, that the method itself may leave: integration, filters, the instants of reversals."""
 
     @property
     def closed(self) -> float:

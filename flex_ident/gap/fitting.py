@@ -24,6 +24,8 @@ Indices = NDArray[np.int64]
 FOLDS = 5
 FOLD_S = 0.25
 """Every fifth quarter of a second is left out together: of a resonance passed once the rest stays in."""
+FARTHEST = 3.0
+"""Standard deviations, rms over the parameters, that leaving blocks out may move a fit."""
 BLOCK_S = 0.25
 """Left-out costs are compared block by block: a resonance is crossed in a few seconds."""
 
@@ -77,9 +79,9 @@ class GapFit(SimulationFit):
         rows = self._rows((whitening,))[0]
         return whitening.weights(rows).friction(whitening(residual)[rows], residual.size)
 
-    def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
+    def _whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
         """All channels' whitened residuals in one vector (r,), with little weight on friction at standstill."""
-        return self._weighted(super().whitened_residual(values, whitenings), whitenings)
+        return self._weighted(super()._whitened(residuals, whitenings), whitenings)
 
     def whitened_jacobian(
         self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]
@@ -89,11 +91,11 @@ class GapFit(SimulationFit):
 
     def _minimum(
         self, residual: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats, lower: Floats,
-        upper: Floats, *, iterations: int, tolerance: float, robust: bool,
-    ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+        upper: Floats, *, iterations: int, tolerance: float, rough: bool,
+    ) -> tuple[Floats, Floats, Floats, bool]:  # fmt: skip
         return bounded_minimum(
-            residual, jacobian, start, lower, upper, iterations=iterations, tolerance=tolerance
-        )  # fmt: skip
+            residual, jacobian, start, lower, upper, iterations=iterations, tolerance=tolerance, linearised=not rough
+        )
 
     def _weighted(self, whitened: Floats, whitenings: tuple[Whitening, ...]) -> Floats:
         torque = whitenings[0]
@@ -177,7 +179,8 @@ def log_likelihood_gain(before: Fit, after: Fit) -> float:
 def left_out_costs(problem: FitProblem, fit: Fit) -> Floats:
     """Squared whitened residual of each block of time, predicted by a fit that did not see it (blocks,).
 
-    One Gauss-Newton step from the optimum, exact for a linear problem.
+    One Gauss-Newton step from the optimum, exact for a linear problem; no longer than `FARTHEST` allows, for what only
+    the left-out blocks tell of the model would otherwise be anything.
     """
     inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
     jacobian = fit.jacobian[:, inside]
@@ -189,10 +192,13 @@ def left_out_costs(problem: FitProblem, fit: Fit) -> Floats:
     time = np.concatenate([problem.time[rows] for rows in fit.rows])
     blocks, folds = (time / BLOCK_S).astype(np.int64), (time / FOLD_S).astype(np.int64) % FOLDS
     costs = np.zeros(int(blocks.max()) + 1)
+    variance = max(1.0, float(fit.residual @ fit.residual) / fit.residual.size)
     for fold in range(FOLDS):
         rows = folds == fold
         part, rest = jacobian[rows], fit.residual[rows]
         step = np.linalg.lstsq(information - part.T @ part, part.T @ rest, rcond=1e-12)[0]
+        length = math.sqrt(max(float(step @ information @ step), 0.0) / (variance * len(inside)))
+        step *= min(1.0, FARTHEST / length) if length > 0.0 else 1.0
         np.add.at(costs, blocks[rows], (rest + part @ step) ** 2)
     return costs[np.unique(blocks)]
 

@@ -24,18 +24,21 @@ def bounded_minimum(
     *,
     iterations: int,
     tolerance: float,
-) -> tuple[Floats, Floats, Floats]:
-    """Where the sum of squares is least from `start` (p,) within the bounds: x, residual (r,) and Jacobian (r, p).
+    linearised: bool = True,
+) -> tuple[Floats, Floats, Floats, bool]:
+    """Where the sum of squares is least from `start` (p,) within the bounds: x, residual (r,), Jacobian (r, p), and
+    whether it ended there by itself.
 
     Ends after as many steps as `iterations`, or when one saves less than `tolerance` of the sum. A variable that
-    reaches its bound stays there as long as the gradient holds it; the others move as if it were fixed.
+    reaches its bound stays there as long as the gradient holds it; the others move as if it were fixed. Without
+    `linearised` the Jacobian is that of the last step's start.
     """
     x = np.clip(start, lower, upper)
     rest = residual(x)
     cost = float(rest @ rest)
     slope = jacobian(x)
-    damping = FIRST_DAMPING
-    for _ in range(iterations):
+    damping, converged = FIRST_DAMPING, False
+    for i in range(iterations):
         scale = np.linalg.norm(slope, axis=0)
         scale[scale == 0.0] = 1.0
         triangle, target = _reduced(slope / scale, rest)
@@ -52,12 +55,15 @@ def bounded_minimum(
             damping = max(10.0 * damping, 1e-5)
             if damping > LARGEST_DAMPING:
                 break
+        converged = gain < tolerance * cost
         if gain == 0.0:
             break
-        slope = jacobian(x)
-        if gain < tolerance * cost:
+        last = converged or i == iterations - 1
+        if linearised or not last:
+            slope = jacobian(x)
+        if last:
             break
-    return x, rest, slope
+    return x, rest, slope, converged
 
 
 def _reduced(slope: Floats, rest: Floats) -> tuple[Floats, Floats]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flex_ident.estimation.fit import Fit
 from flex_ident.gap.explanation import Repeats
@@ -19,6 +20,8 @@ OWN_ERROR = 0.002
 """Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
 OWN_ERROR_AT_REVERSALS = 0.08
 """Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
+STANDSTILL = 0.5
+"""Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
 STRUCTURE = 1.12
 """Gap over the noise floor from which what is left counts as structure."""
 
@@ -38,21 +41,28 @@ class Remainder:
         return gap > STRUCTURE * self.floor and math.sqrt(max(gap**2 - self.floor**2, 0.0)) > self.own_error
 
 
-def remainder(solver: GapFit, fit: Fit) -> Remainder:
-    """What that fit leaves; friction at standstill, which no model can know, counts as noise."""
+def remainder(solver: GapFit, fit: Fit, where: NDArray[np.bool_] | None = None) -> Remainder:
+    """What that fit leaves at the rows (m,) of `where`, or all that are usable.
+
+    Friction at standstill, which no model can know, counts as noise, as far as there is so much dry friction.
+    """
     problem = solver.problem
     rows = problem.usable
+    shown = rows if where is None else where
     residual = problem.residuals(fit.values)[0]
     standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
     repeats = repeated(problem, residual - standstill, rows)
     noise = repeats.noise if repeats else noise_floor(residual - standstill, rows, problem.rate_hz)
-    floor = math.hypot(noise, float(np.sqrt(np.mean(standstill[rows] ** 2))))
+    still = min(float(np.sqrt(np.mean(standstill[shown] ** 2))), STANDSTILL * _coulomb(fit.values))
     torque = float(np.sqrt(np.mean(problem.torque[rows] ** 2)))
-    gap = float(np.sqrt(np.mean(residual[rows] ** 2)))
-    return Remainder(residual, gap, floor, _own_error(torque, fit.values), repeats)
+    gap = float(np.sqrt(np.mean(residual[shown] ** 2)))
+    return Remainder(residual, gap, math.hypot(noise, still), _own_error(torque, fit.values), repeats)
+
+
+def _coulomb(values: Mapping[str, float]) -> float:
+    return abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
 
 
 def _own_error(torque: float, values: Mapping[str, float]) -> float:
     """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
-    coulomb = abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
-    return math.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * coulomb)
+    return math.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * _coulomb(values))

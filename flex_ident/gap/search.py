@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -31,11 +32,14 @@ from flex_ident.gap.trials import (
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
-MOST_TRIALS = 4
+MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
+"""Sketches that are finished, and how many while something speaks against each."""
 SHAPED = ("second_mode",)
 """Effects whose refit races from several shapes."""
 WORTH_A_TRIAL = 12.0
 """Twice the log-likelihood that screening must promise."""
+MIMICKED = 0.03
+"""Share of an effect's signature beyond the model's own parameters under which its linear estimate says nothing."""
 QUIET = 0.3
 """Excess over the noise under which a second mode is not searched for deeply."""
 ENOUGH = 0.9
@@ -44,6 +48,9 @@ MOST_OF_IT = 0.5
 """Share of the closable gap that all accepted effects must close together to be called its causes."""
 NEAR_TIE = 6.0
 """Difference of the BIC under which two effects cannot be told apart."""
+
+
+RUNS_AWAY = "its simulation runs away, whatever shape it starts from"
 
 
 @dataclass(frozen=True)
@@ -121,7 +128,11 @@ def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
     worth: list[tuple[float, Accepted]] = []
     for a in search.accepted:
         kept = [b.trial.candidate for b in search.accepted if b is not a]
-        rest = without(search.solver, search.fit, base.free, kept)
+        try:
+            rest = without(search.solver, search.fit, base.free, kept)
+        except ExcitationError:  # nothing can be simulated without it
+            worth.append((math.inf, a))
+            continue
         trial = compared(search.solver, rest, search.fit, a.trial.candidate, search.own_error(besides=a))
         if trial.objection and not a.by_hand and a is not search.accepted[-1]:
             reason = f"with {newest} in the model, {trial.objection}"
@@ -132,10 +143,13 @@ def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
     if by_worth == search.accepted:
         return search
     as_before = [a for a in search.accepted if a in by_worth]
-    again = _rebuilt(search, by_worth, solver, base)
-    if by_worth == as_before:
-        return again
-    other = search if as_before == search.accepted else _rebuilt(search, as_before, solver, base)
+    try:
+        again = _rebuilt(search, by_worth, solver, base)
+        if by_worth == as_before:
+            return again
+        other = search if as_before == search.accepted else _rebuilt(search, as_before, solver, base)
+    except ExcitationError:  # an order in which a simulation runs away is none
+        return search
     first, sound = again.accepted[0].trial, not any(a.trial.objection and not a.by_hand for a in again.accepted)
     return again if sound and first.fit.cost < other.accepted[0].trial.fit.cost else other
 
@@ -213,16 +227,21 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
             continue
         sketches.append((drawn.cost, score, drawn))
     sketches.sort(key=lambda item: item[0])
-    for _, score, drawn in sketches[MOST_TRIALS:]:
-        share = 1.0 - drawn.cost / search.fit.cost
-        search.rejected[score.candidate.effect] = Rejected(score.candidate.effect, share, "other effects explain more")
     trials: list[Trial] = []
     own = search.own_error()
-    for i, (_, score, drawn) in enumerate(sketches[:MOST_TRIALS]):
-        progress(0.5 + 0.1 * i, f"refitting with {_words(score)}")
-        trials.append(tried(search.solver, search.fit, score.candidate, [drawn.values], own))
+    for i, (cost, score, drawn) in enumerate(sketches):
+        name = score.candidate.effect
+        if i < MOST_TRIALS or (i < MOST_TRIALS_IN_VAIN and all(t.objection for t in trials)):
+            progress(0.5 + 0.05 * i, f"refitting with {_words(score)}")
+            try:
+                trials.append(tried(search.solver, search.fit, score.candidate, [drawn.values], own))
+            except ExcitationError:
+                search.rejected.setdefault(name, Rejected(name, 0.0, RUNS_AWAY))
+        else:
+            search.rejected[name] = Rejected(name, 1.0 - cost / search.fit.cost, "other effects explain more")
     shaped = next((s for s in found if s.candidate.effect in SHAPED), None)
-    if loud and shaped is not None and not any(t.share > ENOUGH and not t.objection for t in trials):
+    done = any(t.share > ENOUGH and not t.objection for t in trials) or _nothing_left(search)
+    if loud and shaped is not None and not done:
         progress(0.9, f"trying {_words(shaped)}")
         shapes = [
             c
@@ -234,15 +253,25 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
         try:
             trials.append(tried(search.solver, search.fit, shaped.candidate, starts, own))
         except ExcitationError:
-            search.rejected.setdefault(
-                shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, "no shape of it can be simulated")
-            )
+            search.rejected.setdefault(shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, RUNS_AWAY))
     return sorted(trials, key=lambda t: -t.evidence)
 
 
+def _nothing_left(search: Search) -> bool:
+    """Whether what was accepted leaves no more than noise and the method's own error: no case for a deep search."""
+    if not search.accepted:
+        return False
+    left = remainder(search.solver, search.fit)
+    return not left.structured(left.gap)
+
+
 def _promising(score: Score, loud: bool) -> bool:
-    """Whether a refit is worth its time. Far from the truth the linear estimate may even have the wrong sign."""
-    return score.gain >= WORTH_A_TRIAL or (loud and score.candidate.one_sided and score.gain == 0.0)
+    """Whether a refit is worth its time. Where the gap is loud, the linear estimate may even have the wrong sign.
+
+    And what the model mimics to first order shows along a curved valley only: damping looks like skewed encoders.
+    """
+    unsure = (score.candidate.one_sided and score.gain == 0.0) or score.orthogonal < MIMICKED
+    return score.gain >= WORTH_A_TRIAL or (loud and unsure)
 
 
 def _words(score: Score) -> str:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+from flex_ident.errors import DataError
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.explain import explain
@@ -63,10 +64,18 @@ class SimulatorGap:
 def compared_with_simulator(
     measured: Recording, simulated: Recording, options: GapOptions, *, progress: Progress | None = None
 ) -> SimulatorGap:
-    """Both recordings explained; the effects found only in the measurement are what the simulation lacks."""
+    """Both recordings explained; the effects found only in the measurement are what the simulation lacks.
+
+    Raises DataError when the simulated recording says nothing of its own model.
+    """
     explanation = explain(measured, options, progress=progress)
     sensors = explanation.sensors if simulated.link_position is not None else "motor"
     own = explain(simulated, replace(options, sensors=sensors, model=None))
+    if own.verdict == "rejected":
+        raise DataError(
+            f"the simulated recording, {simulated.path}, does not determine its own model: let the simulation play the "
+            "same motion, and record position and torque."
+        )
     base = identify(simulated, IdentifyOptions(sensors=sensors, rigid=options.rigid)) if not own.findings else own.final
     found = {p.key: p for p in base.parameters}
     differences = tuple(

@@ -36,6 +36,11 @@ SIGNIFICANT = 3.0
 OWN_ERROR = 1e-3
 """Change of the prediction, relative, that the method's own error may make."""
 ITERATIONS = 10
+ROUNDS = 6
+"""Rounds of a refit that has a long way to go, the noise taken anew in each: a spring that stiffens makes its resonance
+jump, and weights that expect the first residual hold it back."""
+WORTH_ANOTHER = 0.8
+"""Share of the cost that such a round must leave at most for another to follow."""
 SKETCH = 2
 """Iterations of a sketch."""
 RACE = ((1, 4), (2, 2), (4, 1))
@@ -88,8 +93,14 @@ def sketched(solver: GapFit, fit: Fit, score: Score) -> Fit:
     """A rough refit with a candidate: what it promises once the whole model follows. Raises ExcitationError."""
     extended, keys = extended_solver(solver, fit.free, score.candidate)
     starts = starts_of(solver, fit, score)
-    fits = [extended.solve(keys, s, fit.whitenings, iterations=SKETCH, tolerance=1e-3) for s in starts]
-    return min(fits, key=lambda f: f.cost)
+    fits = [extended.solve(keys, s, fit.whitenings, iterations=SKETCH, tolerance=1e-3, rough=True) for s in starts]
+    return min(fits, key=lambda f: f.cost / _torque_energy(extended, f))
+
+
+def _torque_energy(solver: GapFit, fit: Fit) -> float:
+    """Sum of squares of the torque as measured under a model: a limit that clips all of it leaves no error either."""
+    torque = solver.problem.measured_torque(fit.values)[solver.problem.usable]
+    return float(torque @ torque)
 
 
 def starts_of(solver: GapFit, fit: Fit, score: Score) -> list[Mapping[str, float]]:
@@ -117,7 +128,8 @@ def compared(solver: GapFit, before: Fit, after: Fit, candidate: Candidate, own_
     evidence = log_likelihood_gain(before, after) - price
     held = held_out_comparison(solver.problem, before, after)
     excess, excess_before, share = closed_share(solver, before, after)
-    objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), own_error)
+    imitable = effect_named(candidate.effect).imitable * own_error
+    objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), imitable)
     return Trial(candidate, solver, after, evidence, held, share, excess, objection)
 
 
@@ -131,49 +143,66 @@ def best_start(solver: GapFit, fit: Fit, score: Score) -> dict[str, float]:
     jacobian = fit.jacobian[:, kept]
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
-    best: tuple[float, dict[str, float]] | None = None
+    options: list[dict[str, float]] = []
     for size in SIZES:
-        effect = {k: v * size if k in candidate.scaled else v for k, v in whole.items()}
-        values = {**fit.values, **effect}
+        values = {**fit.values, **{k: v * size if k in candidate.scaled else v for k, v in whole.items()}}
         if dropped:
             values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
             values[dropped] = 0.0
-        residual = solver.whitened_residual(values, fit.whitenings)
-        if not np.isfinite(residual).all():
-            continue
+        options.append(values)
+    residuals = solver.whitened_residuals(options, fit.whitenings)
+    finite = [(v, r) for v, r in zip(options, residuals, strict=True) if np.isfinite(r).all()]
+    followed: list[dict[str, float]] = []
+    for values, residual in finite:
         step = np.linalg.lstsq(jacobian / scale, -residual, rcond=1e-6)[0] / scale
-        followed = dict(values)
+        moved = dict(values)
         for i, change in zip(kept, step, strict=True):
             key = fit.free[i]
             now = values[key] + float(change)
             low, high = key_bounds(key, solver.priors)
             if key in LOGARITHMIC:
                 now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
-            followed[key] = float(np.clip(now, low, high))
-        for option in (values, followed):
-            left = solver.whitened_residual(option, fit.whitenings)
-            cost = float(left @ left)
-            if np.isfinite(cost) and (best is None or cost < best[0]):
-                best = (cost, option)
-    return best[1] if best is not None else {**fit.values, **whole}
+            moved[key] = float(np.clip(now, low, high))
+        followed.append(moved)
+    tried_out = [*finite, *zip(followed, solver.whitened_residuals(followed, fit.whitenings), strict=True)]
+    costs = [(float(r @ r), i) for i, (_, r) in enumerate(tried_out) if np.isfinite(r).all()]
+    return tried_out[min(costs)[1]][0] if costs else {**fit.values, **whole}
 
 
 def _refitted(solver: GapFit, keys: tuple[str, ...], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
-        return solver.solve(keys, starts[0], fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+        return _descended(solver, keys, starts[0], fit)
     race: list[Mapping[str, float]] = list(starts)
     for iterations, kept in RACE:
         fits = []
         for start in race:
             try:
-                fits.append(solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3))
+                fits.append(
+                    solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3, rough=True)
+                )
             except ExcitationError:  # the simulation ran away from there
                 continue
         race = [f.values for f in sorted(fits, key=lambda f: f.cost)[:kept]]
     if not race:
         raise ExcitationError("no shape of the effect can be simulated.")
-    return solver.solve(keys, race[0], fit.whitenings, iterations=3 * ITERATIONS, tolerance=1e-4)
+    return _descended(solver, keys, race[0], fit)
+
+
+def _descended(solver: GapFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
+    """The fit from one start, under the noise of the fit without the candidate; on a long way with noise taken anew."""
+    found = solver.solve(keys, start, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+    for _ in range(ROUNDS):
+        if found.converged:
+            break
+        values = found.values
+        ahead = solver.solve(keys, values, solver.whitenings(values), iterations=ITERATIONS, tolerance=1e-3, rough=True)
+        again = solver.solve(keys, ahead.values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+        done = again.cost > WORTH_ANOTHER * found.cost
+        found = again if again.cost < found.cost else found
+        if done:
+            break
+    return found
 
 
 def without(solver: GapFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
@@ -205,7 +234,9 @@ def _objection(
         return (
             f"the likelihood gains too little for its parameters (BIC falls by {evidence:.0f}, {EVIDENCE:.0f} needed)"
         )
-    confirmed = held.share * (1.0 + excess_before) / excess_before if excess_before > 0.0 else 0.0
+    if excess_before <= 0.0:
+        return "what was left without it is no more than the noise"
+    confirmed = held.share * (1.0 + excess_before) / excess_before
     needed = next((t for least, t in HELD_OUT_T if confirmed > least), math.inf)
     if held.t < needed:
         needed = min(needed, HELD_OUT_T[-1][1])

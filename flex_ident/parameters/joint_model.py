@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from types import MappingProxyType
 import yaml
 
 from flex_ident.errors import ConfigurationError
-from flex_ident.parameters.parameter import FLEXIBLE_KEYS, RIGID_KEYS
+from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, RIGID_KEYS
 
 SCHEMA = "flex_ident/model/1"
 
@@ -83,6 +84,9 @@ def read_joint_model(path: Path) -> JointModel:
         effects = {
             str(n): {str(k): float(v) for k, v in (p or {}).items()} for n, p in (content.get("effects") or {}).items()
         }
+        for key, value in parameters.items():
+            if not math.isfinite(value) or (key in NON_NEGATIVE and value < 0.0):
+                raise ConfigurationError(f"{key} = {value:g} is not physical.")
         return JointModel(parameters, effects, str(content.get("joint", "")))
     except (TypeError, ValueError, AttributeError) as error:
         raise ConfigurationError(f"{path}: parameters and effects must be numbers by name ({error}).") from error

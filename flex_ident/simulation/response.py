@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from flex_ident.recording import Floats
+from flex_ident.simulation.batch import LANES, simulated_links
+from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
 from flex_ident.simulation.terms import Term
@@ -57,6 +60,23 @@ def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
     simulated_link(terms, base, rate, motion.step, torque, position, velocity)
     s = motion.substeps
     return LinkMotion(torque[::s], position[::s], velocity[::s])
+
+
+def link_motions(many: Sequence[Floats], motion: MotorMotion) -> list[LinkMotion]:
+    """The same under each of several sets of terms, side by side where they can be."""
+    together = [i for i, terms in enumerate(many) if COMPILED and terms[Term.KINEMATIC_ERROR] == 0.0]
+    found: dict[int, LinkMotion] = {}
+    n, s = (motion.fine_position.size + 1) // 2, motion.substeps
+    for first in range(0, len(together), LANES):
+        lanes = together[first : first + LANES]
+        if len(lanes) == 1:
+            continue
+        terms = np.array([many[lanes[min(j, len(lanes) - 1)]] for j in range(LANES)])
+        torque, position, velocity = (np.empty((LANES, n)) for _ in range(3))
+        simulated_links(terms, motion.fine_position, motion.fine_velocity, motion.step, torque, position, velocity)
+        for j, i in enumerate(lanes):
+            found[i] = LinkMotion(torque[j, ::s], position[j, ::s], velocity[j, ::s])
+    return [found[i] if i in found else link_motion(terms, motion) for i, terms in enumerate(many)]
 
 
 def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, sign: Floats) -> Floats:
