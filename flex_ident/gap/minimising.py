@@ -55,7 +55,7 @@ def bounded_minimum(
             damping = max(10.0 * damping, 1e-5)
             if damping > LARGEST_DAMPING:
                 break
-        converged = gain < tolerance * cost
+        converged = gain == 0.0 or gain < tolerance * cost
         if gain == 0.0:
             break
         last = converged or i == iterations - 1

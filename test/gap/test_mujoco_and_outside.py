@@ -78,7 +78,9 @@ def test_cubic_stiffness_is_named_from_the_motor_alone() -> None:
     found = explain(recorded("nonlinear_stiffness", link=False, cubic=cubic))
     assert [f.effect for f in found.findings] == ["nonlinear_stiffness"]
     (parameter,) = found.findings[0].parameters
-    assert abs(parameter.value - cubic) < 0.08 * cubic  # the motor alone; the jump of the resonance leaves several minima
+    assert (
+        abs(parameter.value - cubic) < 0.08 * cubic
+    )  # the motor alone; the jump of the resonance leaves several minima
 
 
 @pytest.mark.slow
