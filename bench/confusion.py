@@ -135,6 +135,12 @@ def answered(draw: Draw) -> dict[str, object]:
     }  # fmt: skip
 
 
+def _on_one_core(cores: multiprocessing.Queue) -> None:
+    """Workers that share cores only get in each other's way."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {cores.get()})
+
+
 def draws(given: argparse.Namespace) -> Iterator[Draw]:
     """Every draw that was asked for."""
     classes = given.effects.split(",") if given.effects else CLASSES
@@ -279,7 +285,11 @@ def main() -> None:
         results = [json.loads(line) for line in given.out.read_text().splitlines()]
     done = {r["draw"] for r in results}
     missing = [d for d in wanted if d.name not in done]
-    with multiprocessing.get_context("spawn").Pool(given.jobs) as pool:
+    context = multiprocessing.get_context("spawn")
+    cores = context.Queue()
+    for i in range(given.jobs):
+        cores.put(i % (os.cpu_count() or 1))
+    with context.Pool(given.jobs, _on_one_core, (cores,)) as pool:
         for i, result in enumerate(pool.imap_unordered(answered, missing)):
             result = json.loads(json.dumps(result))
             results.append(result)

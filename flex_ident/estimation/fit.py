@@ -115,15 +115,16 @@ class SimulationFit:
 
     def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
         """All channels' whitened residuals in one vector (r,)."""
-        return self._whitened(self.problem.residuals(values), whitenings)
+        return self.whitened(self.problem.residuals(values), whitenings)
 
     def whitened_residuals(
         self, many: Sequence[Mapping[str, float]], whitenings: tuple[Whitening, ...]
     ) -> list[Floats]:
         """The same (r,) for each of several sets of values, simulated together."""
-        return [self._whitened(residuals, whitenings) for residuals in self.problem.residuals_of_many(many)]
+        return [self.whitened(residuals, whitenings) for residuals in self.problem.residuals_of_many(many)]
 
-    def _whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
+    def whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
+        """Residuals (m,) of each channel, or changes of them, whitened, in one vector (r,)."""
         rows = self._rows(whitenings)
         return np.concatenate([w(r)[i] for w, r, i in zip(whitenings, residuals, rows, strict=True)])
 

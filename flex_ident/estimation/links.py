@@ -21,6 +21,11 @@ REMEMBERED = 4
 """The point of linearisation is asked for again and again."""
 
 
+def usable_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 class LinkResponses:
     """Link motions (n,) along one motor motion, under vectors of terms; `filtered` is what a comparison makes of one.
 
@@ -50,7 +55,7 @@ class LinkResponses:
         missing = {terms.tobytes(): terms for terms in moving if found[terms.tobytes()] is None}
         keys = list(missing)
         groups = [keys[i : i + LANES] for i in range(0, len(keys), LANES)]
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:  # the simulation releases the GIL
+        with ThreadPoolExecutor(usable_cores()) as pool:  # the simulation releases the GIL
             for group, links in zip(
                 groups, pool.map(lambda g: link_motions([missing[k] for k in g], self._motion), groups), strict=True
             ):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -14,11 +13,11 @@ from scipy import ndimage
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ConfigurationError, ExcitationError
-from flex_ident.estimation.links import LinkResponses
+from flex_ident.estimation.links import LinkResponses, usable_cores
 from flex_ident.filtering.direction import motion_direction, velocity_noise
-from flex_ident.filtering.spectral import SpectralFilter
+from flex_ident.filtering.spectral import Complexes, SpectralFilter
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
-from flex_ident.recording import Floats, Recording
+from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
@@ -151,8 +150,8 @@ class FitProblem:
         self.usable: Bools = self._usable(recording, trim_s)
         if int(self.usable.sum()) < 60:
             raise ExcitationError(
-                f"{int(self.usable.sum())} usable samples are left of {n} after edges, gaps and standstill: "
-                "record at least ten seconds of motion."
+                f"{int(self.usable.sum())} usable samples are left of {extent_text(n, rate)} after filtering, edges, "
+                f"gaps and standstill: {more_needed(n, rate)}"
             )
         self._links = LinkResponses(self.motion, lambda position, skew: self.reduced(position, delay=skew))
 
@@ -160,6 +159,10 @@ class FitProblem:
         """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is."""
         (filtered,) = self._filter(signal, delay=delay, curvature=curvature)
         return filtered
+
+    def reduced_through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
+        """The same of a signal behind a linear system, whose `transfer` is asked at angular frequencies, rad/s."""
+        return self._filter.through(signal, transfer)
 
     def _velocity_resolution(self, recording: Recording, cutoff_hz: float) -> float:
         rest = recording.motor_position - self.motion.position
@@ -228,7 +231,7 @@ class FitProblem:
         """The same under each of several sets of values, in one pass on all cores."""
         terms = [terms_of(values, rigid=self.rigid) for values in many]
         links = [None] * len(terms) if self.rigid else self._links.of_many(terms)
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:  # the FFTs release the GIL
+        with ThreadPoolExecutor(usable_cores()) as pool:  # the FFTs release the GIL
             return list(pool.map(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links))
 
     def _compared(self, values: Mapping[str, float], predicted: Prediction) -> tuple[Floats, ...]:

@@ -64,9 +64,9 @@ def sampling_rate_hz(
 
 def _check(bandwidth_rad_s: float, order: int, edge_gain: float, ratio: float) -> None:
     if not bandwidth_rad_s > 0.0 or order < 1:
-        raise UsageError(f"bandwidth {bandwidth_rad_s} rad/s and order {order}: both must be positive.")
+        raise UsageError(f"bandwidth {bandwidth_rad_s:.4g} rad/s and order {order}: both must be positive.")
     if not (0.0 < edge_gain < 1.0 and ratio > 0.0 and ratio * edge_gain < 1.0):
-        raise UsageError(f"A_c {edge_gain} must lie in 0 to 1, r_c {ratio} be positive and A_c r_c below 1.")
+        raise UsageError(f"A_c {edge_gain:.4g} must lie in 0 to 1, r_c {ratio:.4g} be positive and A_c r_c below 1.")
 
 
 @dataclass(frozen=True)
@@ -107,12 +107,18 @@ def filter_design(
 
     Without `sample_rate_hz` the rate of eq. 29 is taken. Raises UsageError on numbers out of range.
     """
-    if not first_mode_hz > 0.0:
-        raise UsageError(f"first mode is {first_mode_hz} Hz: it must be positive.")
+    if not 0.0 < first_mode_hz < math.inf:
+        raise UsageError(f"first mode is {first_mode_hz:g} Hz: it must be positive and finite.")
+    if sample_rate_hz is not None and not 0.0 < sample_rate_hz < math.inf:
+        raise UsageError(f"sampling rate is {sample_rate_hz:g} Hz: it must be positive and finite.")
+    if decimation is not None and decimation < 1:
+        raise UsageError(f"decimation is {decimation}: expected a whole number from 1 on.")
     order = order if order is not None else (4 if derivative_order <= 2 else 6)
     bandwidth = bandwidth_in_modes * 2.0 * math.pi * first_mode_hz
     required = sampling_rate_hz(bandwidth, derivative_order, edge_gain=edge_gain, ratio=ratio)
     rate = sample_rate_hz if sample_rate_hz is not None else required
     cutoff = butterworth_cutoff_rad_s(bandwidth, order, edge_gain=edge_gain, ratio=ratio)
-    keep = decimation or max(1, round(DECIMATE_SHARE * rate / 2.0 / (DECIMATED_IN_MODES * first_mode_hz)))
+    keep = decimation
+    if keep is None:
+        keep = max(1, round(DECIMATE_SHARE * rate / 2.0 / (DECIMATED_IN_MODES * first_mode_hz)))
     return FilterDesign(first_mode_hz, derivative_order, order, bandwidth, cutoff, required, rate, keep)

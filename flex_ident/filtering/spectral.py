@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
@@ -9,6 +11,7 @@ from scipy import fft
 from flex_ident.errors import ExcitationError
 from flex_ident.recording import Floats
 
+Complexes = NDArray[np.complex128]
 EXTENSION_S = 2.0
 """Time by which a signal is continued at both ends before it is filtered, s."""
 ORDER = 6
@@ -52,9 +55,14 @@ class SpectralFilter:
         self._ramp: Floats = 0.5 - 0.5 * np.cos(np.pi * np.arange(e) / e)
         self._along: Floats = np.linspace(0.0, 1.0, n)
 
+    def through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
+        """The filtered signal behind a linear system, whose `transfer` is asked at angular frequencies (k,), rad/s."""
+        return self(signal, transfer=transfer(2.0 * np.pi * self._frequency))[0]
+
     def __call__(
-        self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0
-    ) -> tuple[Floats, ...]:
+        self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0,
+        transfer: Complexes | None = None,
+    ) -> tuple[Floats, ...]:  # fmt: skip
         """The filtered signal's `derivatives`, one array ((n - 1) * upsampling + 1,) each, in units per s^k.
 
         `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative.
@@ -74,6 +82,9 @@ class SpectralFilter:
             spectrum *= np.exp(-2j * np.pi * self._frequency * delay)
         if curvature != 0.0:
             spectrum *= 1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2
+        if transfer is not None:
+            spectrum *= transfer
+            slope, signal = slope * transfer[0].real, signal * transfer[0].real
         u, d = self.upsampling, self.decimation
         start = e * u // d
         count = (n - 1) * u // d + 1
@@ -90,9 +101,9 @@ class SpectralFilter:
         return tuple(outputs)
 
 
-def _folded(spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _folded(spectrum: Complexes) -> Complexes:
     """Bins 0 to m of a spectrum folded at m / 2: that of every so many samples, m in all."""
     m = spectrum.size - 1
     half = m // 2
-    folded: NDArray[np.complex128] = spectrum[: half + 1] + np.conj(spectrum[m : m - half - 1 : -1])
+    folded: Complexes = spectrum[: half + 1] + np.conj(spectrum[m : m - half - 1 : -1])
     return folded

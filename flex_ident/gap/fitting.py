@@ -79,9 +79,9 @@ class GapFit(SimulationFit):
         rows = self._rows((whitening,))[0]
         return whitening.weights(rows).friction(whitening(residual)[rows], residual.size)
 
-    def _whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
+    def whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
         """All channels' whitened residuals in one vector (r,), with little weight on friction at standstill."""
-        return self._weighted(super()._whitened(residuals, whitenings), whitenings)
+        return self._weighted(super().whitened(residuals, whitenings), whitenings)
 
     def whitened_jacobian(
         self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -10,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flex_ident.estimation.fit import Fit, SimulationFit
+from flex_ident.estimation.links import usable_cores
 from flex_ident.gap.candidates import REPLACES, Candidate, refined_candidates
+from flex_ident.gap.linear_probe import transmission_error_change
 from flex_ident.recording import Floats
 
 VISIBLE = 10.0
@@ -42,7 +43,7 @@ def scores(solver: SimulationFit, fit: Fit, tried: Iterable[Candidate]) -> list[
     def scored(candidate: Candidate) -> Score | None:
         return _score(solver, fit, candidate, bases[REPLACES.get(candidate.effect, "")])
 
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(usable_cores()) as pool:
         best = _best(pool.map(scored, tried))
         finer = [c for s in best.values() for c in refined_candidates(s.candidate)]
         best = _best([*best.values(), *pool.map(scored, finer)])
@@ -77,6 +78,8 @@ def _orthonormal(fit: Fit, drop: str) -> Floats:
 
 def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]) -> Floats:
     """Change (r,) of the whitened residual when the model takes other values."""
+    if "kinematic_error.amplitude" in values:
+        return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)
     return moved - fit.residual
 

@@ -1,0 +1,42 @@
+"""What a small transmission error changes, without simulating it: the link is linear for what is small.
+
+Its dry friction is left out: good enough to rank spatial frequencies, of which there are many; the best is simulated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flex_ident.estimation.problem import FitProblem
+from flex_ident.filtering.spectral import Complexes
+from flex_ident.recording import Floats
+
+
+def transmission_error_change(
+    problem: FitProblem, values: Mapping[str, float], probe: Mapping[str, float]
+) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when `kinematic_error` of a small amplitude joins the model.
+
+    Equation 5 linearised about the motion; the motor bears the spring's torque by virtual work.
+    """
+    stiffness, damping = values["K"], values.get("joint_damping.damping", 0.0)
+    inertia, viscous = values["JL"], values.get("FV", 0.0)
+
+    def link(omega: Floats) -> Complexes:
+        spring = stiffness + 1j * omega * damping
+        return np.asarray(spring / (spring - inertia * omega**2 + 1j * omega * viscous))
+
+    def torque(omega: Floats) -> Complexes:
+        return np.asarray((stiffness + 1j * omega * damping) * (1.0 - link(omega)))
+
+    amplitude, cycles = probe["kinematic_error.amplitude"], probe["kinematic_error.cycles_per_turn"]
+    angle = cycles * problem.motion.position + probe["kinematic_error.phase"]
+    error, slope = amplitude * np.sin(angle), amplitude * cycles * np.cos(angle)
+    moved = problem.link_response_of(values)
+    assert moved is not None
+    changes = [-problem.reduced_through(error, torque) - problem.reduced(moved.spring_torque * slope)]
+    if problem.link is not None:
+        changes.append(-problem.reduced_through(error, link))
+    return tuple(changes)
