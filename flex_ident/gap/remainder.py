@@ -18,7 +18,7 @@ from flex_ident.recording import Floats
 
 OWN_ERROR = 0.002
 """Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
-OWN_ERROR_AT_REVERSALS = 0.08
+OWN_ERROR_AT_REVERSALS = 0.05
 """Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
 STANDSTILL = 0.5
 """Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
