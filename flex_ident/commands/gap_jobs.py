@@ -21,12 +21,16 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class FinishedExplanation:
-    """An explanation, `gap.json`'s content, the files written, and the comparison with a simulator if one was given."""
+    """An explanation, `gap.json`'s content, the files written, and the comparison with a simulator if one was given.
+
+    `beside_result`: they were written into a folder that holds a result of identify_bag.
+    """
 
     explanation: GapExplanation
     content: dict[str, Any]
     paths: Mapping[str, Path]
     simulator: SimulatorGap | None = None
+    beside_result: bool = False
 
 
 def names_in(text: object) -> tuple[str, ...]:
@@ -77,4 +81,5 @@ def finished_explanation(
         content["simulated"] = simulator_content(compared)
     place = folder(recording.joint)
     paths = {} if place is None else write_explanation(explanation, recording, place, plots=plots)
-    return FinishedExplanation(explanation, content, paths, compared)
+    beside = place is not None and (place / "result.json").exists()
+    return FinishedExplanation(explanation, content, paths, compared, beside)

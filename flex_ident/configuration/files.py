@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +26,19 @@ def flattened(content: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def parameters_in(path: Path, node: str) -> dict[str, Any]:
-    """The flat parameters that a ROS 2 parameter file holds for every node (`/**`) and for `node`."""
+def applies(section: str, names: Collection[str]) -> bool:
+    """Whether a section's name, `/**`, `/**/NAME`, `/namespace/NAME` or `NAME`, means one of `names`.
+
+    Only its last part counts: a command has no namespace, and that of a node is ROS's business.
+    """
+    return section.rpartition("/")[2] in ("**", "*", *names)
+
+
+def parameters_in(path: Path, names: Collection[str]) -> dict[str, Any]:
+    """The flat parameters that a ROS 2 parameter file holds for every node and for those called one of `names`.
+
+    Later sections win. Raises ConfigurationError, naming file and section, also when no section applies.
+    """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -39,22 +51,32 @@ def parameters_in(path: Path, node: str) -> dict[str, Any]:
     for name, section in content.items():
         if not isinstance(section, dict) or set(section) != {"ros__parameters"}:
             raise ConfigurationError(f"{path}: below '{name}:' expected 'ros__parameters:' and nothing else.")
-        if str(name).strip("/") in ("**", node):
-            found.update(flattened(section["ros__parameters"] or {}))
+        given = section["ros__parameters"]
+        if given is not None and not isinstance(given, dict):
+            raise ConfigurationError(f"{path}: ros__parameters of '{name}' is {given!r}: expected keys and values.")
+        if applies(str(name), names):
+            found.update(flattened(given or {}))
+    if not any(applies(str(name), names) for name in content):
+        there = ", ".join(f"'{name}'" for name in content) or "none"
+        wanted = " or ".join(f"'{name}'" for name in ("/**", *names))
+        raise ConfigurationError(f"{path}: no section applies, there is {there}: expected {wanted}.")
     return found
 
 
 def read_settings(
-    path: Path, settings: Iterable[Setting], *, node: str, others: Iterable[str] = ()
+    path: Path, settings: Iterable[Setting], *, node: str, others: Iterable[str] = (), command: str | None = None
 ) -> dict[str, Value]:
     """The settings that a file gives, checked. `others` are keys that are known but not for this command.
 
+    Sections of `node` and of the `command` itself count, by default the program that runs.
+
     Raises ConfigurationError naming the file, the key and what is allowed.
     """
+    program = Path(sys.argv[0]).stem if command is None else command
     known = {s.key: s for s in settings}
     allowed = {*known, *others}
     result: dict[str, Value] = {}
-    for key, value in parameters_in(path, node).items():
+    for key, value in parameters_in(path, dict.fromkeys((node, program))).items():
         if key not in allowed:
             close = difflib.get_close_matches(key, allowed, 1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(sorted(known))}."

@@ -78,7 +78,7 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
             choices=("auto", "motor", "motor+link")),
     Setting("method", "auto", "auto: the best there is; paper: the 2001 paper to the letter; weighted: its equations "
             "with clean preprocessing and weights", choices=("auto", "paper", "weighted")),
-    Setting("rigid", False, "no spring: J, FV, FS, offset"),
+    Setting("rigid", False, "no spring: J, FV, FS, offset, and MX, MY where they show"),
     Setting("first_mode_hz", 0.0, "the first natural frequency, if known; otherwise it is found", lower=0.0, upper=1e4,
             metavar="HZ"),
     Setting("model", "", "a model.yaml to start from", metavar="FILE"),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import gc
 import json
-import signal
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from flex_ident.excitation.exciter import MOVING
 from flex_ident.excitation.limits import urdf_limits
 from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
 from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
-from flex_ident.nodes.exciter_settings import JOINTS, TOPICS, Experiment, declare_all, experiment
+from flex_ident.nodes.exciter_settings import JOINTS, TOPICS, USAGE, Experiment, declare_all, experiment
 from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, ReferenceMessages, joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.recorder import RawTopics, Recorder
@@ -38,6 +38,8 @@ READY_S, PATIENCE_S = 30.0, 3.0
 """Time after which an automatic start gives up: while something has yet to appear, and while the robot objects."""
 BEGIN_S = 1.0
 """Time in which a joint state must come after ~/start."""
+DISCOVERY_S = 2.0
+"""Time that others get to be found, before what is missing is said."""
 HOUSEKEEPING_S = 0.1
 SWITCH_S = 2e-4
 """How long one thread may keep another from running: Python's 5 ms would be the jitter of the commands."""
@@ -74,6 +76,7 @@ class ChirpExciter(Node):
         self._pending_since: float | None = None
         self._published: tuple[str, str, int] | None = None
         self._refusal = ""
+        self._idle_said: str | None = None
         self._wanted = bool(values["auto_start"])
         self._ending_wanted = bool(values["exit_when_done"])
         self._since = time.monotonic()
@@ -136,6 +139,8 @@ class ChirpExciter(Node):
         why = self._start()
         response.success = not why
         response.message = why or f"moving to the start position; recording to {self._bag or 'nowhere'}"
+        if not why and self._recorder is not None and self._recorder.unpublished:
+            response.message += f"; not received so far: {self._recorder.unpublished}"
         return response
 
     def _on_stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -257,6 +262,8 @@ class ChirpExciter(Node):
         recorder.find_topics()
         self._lost_before = self._raw.lost
         self._recorder, self._bag = recorder, folder
+        if recorder.unpublished:
+            self.get_logger().warning(f"not received so far: {recorder.unpublished}")
 
     def _on_state(self, data: bytes) -> None:
         now = time.monotonic()
@@ -289,9 +296,22 @@ class ChirpExciter(Node):
             self._cancel(f"no joint state with '{self.exciter.settings.joint}' came for {BEGIN_S:g} s after ~/start.")
         if self._wanted:
             self._start_when_ready(now)
+        elif now - self._since > DISCOVERY_S:
+            self._say_idle()
         self._publish_state()
         if self._clock_thread is not None and not self._clock_thread.ticking:
             self._finish()
+
+    def _say_idle(self) -> None:
+        """Say what the node waits for: a call, and what must be there before; again when that changes."""
+        with self._lock:
+            idle = self.exciter.state == "idle" and not self._busy()
+        missing = self._unready() or self._limits_problem
+        if idle and missing != self._idle_said:
+            self._idle_said = missing
+            call = self.resolve_service_name("~/start")
+            rest = f"still missing: {missing}" if missing else "all that it needs is there."
+            self.get_logger().info(f"idle: call {call} (std_srvs/srv/Trigger); {rest}")
 
     def _start_when_ready(self, now: float) -> None:
         why = self._start()
@@ -345,11 +365,13 @@ class ChirpExciter(Node):
             state, reason = "aborted", f"commands cannot be published ({type(error).__name__}: {error})"
         recorder, self._recorder = self._recorder, None
         say = self.get_logger().info
-        say(f"{self._punctuality}{', real-time priority' if real_time else ''}")
+        say(f"{self._punctuality}{', real-time priority' if real_time and self._punctuality.known else ''}")
         if recorder is not None:
             recorder.close()
             lost = recorder.lost + self._raw.lost - self._lost_before
             say(f"recorded {recorder.bag.messages} messages to {self._bag}, {lost} lost")
+            if recorder.silent:
+                self.get_logger().warning(f"not in the recording: {recorder.silent}")
             if recorder.bag.failure and state == "done":
                 state, reason = "aborted", recorder.bag.failure
         self._clock_thread = None
@@ -394,14 +416,10 @@ class ChirpExciter(Node):
 def main(arguments: list[str] | None = None) -> int:
     """The console script; returns the exit status: 0 done, 2 configuration, 3 refused or aborted."""
 
-    def run(node: ChirpExciter) -> int:
+    def run(node: ChirpExciter, asked: Sequence[str]) -> int:
         sys.setswitchinterval(SWITCH_S)
         gc.collect()
         gc.freeze()  # what is there stays: collections while a robot moves are short
-        asked: list[str] = []
-        for number in (signal.SIGINT, signal.SIGTERM):
-            # A handler may not take locks: it interrupts whatever this thread does.
-            signal.signal(number, lambda n, _frame: asked.append(signal.Signals(n).name))
         executor = quick_executor()
         executor.add_node(node)
         try:
@@ -415,7 +433,7 @@ def main(arguments: list[str] | None = None) -> int:
             node.end()
         return node.status
 
-    return run_node("chirp_exciter", ChirpExciter, run, arguments, own_signals=True)
+    return run_node(USAGE, ChirpExciter, run, arguments)
 
 
 if __name__ == "__main__":

@@ -33,14 +33,19 @@ class Punctuality:
         self.skipped += skipped
 
     @property
+    def known(self) -> bool:
+        """Whether there were ticks enough to tell."""
+        return len(self.late) >= 2
+
+    @property
     def achieved_hz(self) -> float:
         """Ticks a second."""
         span = self.ended - self.began
         return (len(self.late) - 1) / span if span > 0.0 else 0.0
 
     def __str__(self) -> str:
-        if len(self.late) < 2:
-            return "no commands were timed"
+        if not self.known:
+            return "no commands of the chirp were sent: no jitter to tell"
         p50, p99, most = 1e6 * np.percentile(self.late, (50, 99, 100))
         return (
             f"{len(self.late)} commands at {self.achieved_hz:.1f} of {self.rate_hz:g} Hz, {self.skipped} skipped; "

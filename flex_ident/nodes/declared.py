@@ -45,9 +45,12 @@ def current(node: Node, settings: Iterable[Setting]) -> dict[str, Value]:
     return {s.key: s.checked(node.get_parameter(s.key).value, node.get_name()) for s in settings}
 
 
-def refuse_unknown(node: Node) -> None:
-    """Refuse what was given and not declared, after all is declared. Raises ConfigurationError that names it."""
-    known = {*node.list_parameters([], 0).names, *ANY_NODE}
+def refuse_unknown(node: Node, others: Iterable[str] = ()) -> None:
+    """Refuse what was given and not declared, after all is declared. Raises ConfigurationError that names it.
+
+    `others` are keys that commands know and a file for both may hold.
+    """
+    known = {*node.list_parameters([], 0).names, *ANY_NODE, *others}
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
             close = difflib.get_close_matches(key, known, 1)
@@ -60,7 +63,7 @@ def origin(node: Node, key: str) -> str:
     files = [after for before, after in zip(sys.argv, sys.argv[1:], strict=False) if before == "--params-file"]
     for file in reversed(files):
         try:
-            if key in parameters_in(Path(file), node.get_name()):
+            if key in parameters_in(Path(file), (node.get_name(),)):
                 return file
         except ConfigurationError:
             continue

@@ -18,6 +18,7 @@ from flex_ident.excitation.chirp import PROFILES, SWEEPS
 from flex_ident.excitation.commands import INTERFACES
 from flex_ident.excitation.limits import gravity_rest
 from flex_ident.nodes.declared import declare, origin, refuse_unknown
+from flex_ident.nodes.usage import Usage
 
 COMMAND_TYPES = ("forward_command", "joint_trajectory")
 UNLIMITED = 1e9
@@ -77,6 +78,14 @@ NUMBER_LISTS = {
     POSITION_GAINS: "effort: N m/rad that hold the other joints, in the order of command.joints without the one moving",
     VELOCITY_GAINS: "effort: N m s/rad that hold the other joints, in the same order",
 }
+USAGE = Usage(
+    "chirp_exciter",
+    "Moves one joint along a chirp, the others held, and records the run as a rosbag2. Nothing moves before a call of "
+    "~/start (std_srvs/Trigger), unless auto_start is true; ~/stop ramps down.",
+    (*SETTINGS, *FIXED_SETTINGS),
+    {START: f"{START_TEXT} [current]", **{key: f"{text} [{default}]" for key, (text, default) in NAME_LISTS.items()},
+     **NUMBER_LISTS},
+)  # fmt: skip
 OPEN = ("limits.position_min", "limits.position_max", "limits.velocity")
 """Limits that must be known before a joint moves."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,20 +21,34 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flex_ident.commands.common import one_line
+from flex_ident.commands.gap_jobs import finished_explanation, gap_options
 from flex_ident.commands.jobs import finished_identification
+from flex_ident.commands.options import identify_options, signal_selection
 from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, Setting
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.nodes.allowed_paths import allowed_path
-from flex_ident.nodes.declared import current, declare
-from flex_ident.nodes.running import run_node
+from flex_ident.nodes.declared import current, declare, refuse_unknown
+from flex_ident.nodes.running import run_node, spin
+from flex_ident.nodes.usage import Usage
 
-SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in ("out", "model"))
+COMMANDS_ONLY = ("out",)
+"""Keys of the commands that a file for both may hold."""
+SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in (*COMMANDS_ONLY, "model"))
 NODE_SETTINGS = (
     Setting("bag", "", "the recording: a path inside bag_directories"),
     Setting("model", "", "a model.yaml to start from, inside bag_directories"),
     *GAP_SETTINGS,
 )
 FIXED_SETTINGS = (Setting("output_directory", "flex_ident_results", "where results are written; empty: nowhere"),)
+DIRECTORIES = "bag_directories"
+DIRECTORIES_TEXT = "folders that bags may lie in; nothing outside is read"
+USAGE = Usage(
+    "identifier",
+    "Answers calls of ~/identify, ~/explain_gap (std_srvs/Trigger) and ~/self_test (diagnostic_msgs/SelfTest) with the "
+    "parameters of the joint in a recording. Set 'bag' first, here or at run time.",
+    (*NODE_SETTINGS, *SETTINGS, *FIXED_SETTINGS),
+    {DIRECTORIES: f"{DIRECTORIES_TEXT} [['.']]"},
+)
 LEVELS = {
     "trusted": DiagnosticStatus.OK, "complete": DiagnosticStatus.OK, "explained": DiagnosticStatus.OK,
     "doubtful": DiagnosticStatus.WARN, "partly_explained": DiagnosticStatus.WARN,
@@ -52,11 +66,10 @@ class Identifier(Node):
         declare(self, SETTINGS)
         declare(self, NODE_SETTINGS)
         declare(self, FIXED_SETTINGS, read_only=True)
-        folders = ParameterDescriptor(
-            description="folders that bags may lie in; nothing outside is read", read_only=True
-        )
-        self.declare_parameter("bag_directories", ["."], folders)
-        current(self, (*SETTINGS, *NODE_SETTINGS))
+        folders = ParameterDescriptor(description=DIRECTORIES_TEXT, read_only=True)
+        self.declare_parameter(DIRECTORIES, ["."], folders)
+        refuse_unknown(self, COMMANDS_ONLY)
+        self._check()
         self.add_on_set_parameters_callback(self._checked)
         self._busy = threading.Lock()
         self._job = "idle"
@@ -70,13 +83,22 @@ class Identifier(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._diagnose, callback_group=group)
 
-    def _checked(self, parameters: list[Parameter]) -> SetParametersResult:
+    def _check(self, changes: Iterable[Parameter] = ()) -> None:
+        """Refuse what a call would refuse before it reads anything. Raises UsageError and ConfigurationError.
+
+        Files, the model among them, are looked at when a call needs them: they may come later.
+        """
         known = {s.key: s for s in (*SETTINGS, *NODE_SETTINGS)}
+        changed = {p.name: known[p.name].checked(p.value, self.get_name()) for p in changes if p.name in known}
+        values = {**current(self, known.values()), **changed, "model": ""}
+        signal_selection(values)
+        identify_options(values)
+        gap_options(values)
+
+    def _checked(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            for parameter in parameters:
-                if parameter.name in known:
-                    known[parameter.name].checked(parameter.value, self.get_name())
-        except ConfigurationError as error:
+            self._check(parameters)
+        except FlexIdentError as error:
             return SetParametersResult(successful=False, reason=one_line(error))
         return SetParametersResult(successful=True)
 
@@ -142,7 +164,7 @@ class Identifier(Node):
 
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {**current(self, SETTINGS), **current(self, NODE_SETTINGS), "out": ""}
-        folders = list(self.get_parameter("bag_directories").value)
+        folders = list(self.get_parameter(DIRECTORIES).value)
         for key in ("bag", "model", "simulated"):
             if values[key] or key == "bag":
                 values[key] = str(allowed_path(str(values[key]), folders, what=key))
@@ -162,8 +184,6 @@ class Identifier(Node):
         return done.content
 
     def _explained(self) -> Content:
-        from flex_ident.commands.gap_jobs import finished_explanation
-
         values = self._values()
         done = finished_explanation(
             Path(values["bag"]), values, lambda joint: self._folder(values["bag"], joint), progress=self._progress
@@ -189,14 +209,14 @@ class Identifier(Node):
 def main(arguments: list[str] | None = None) -> int:
     """The console script; returns the exit status."""
 
-    def run(node: Identifier) -> int:
+    def run(node: Identifier, asked: Sequence[str]) -> int:
         executor = MultiThreadedExecutor(num_threads=4)
         executor.add_node(node)
         node.get_logger().info("ready: set the parameter 'bag' and call ~/identify")
-        executor.spin()
+        spin(executor, asked)
         return 0
 
-    return run_node("identifier", Identifier, run, arguments)
+    return run_node(USAGE, Identifier, run, arguments)
 
 
 if __name__ == "__main__":

@@ -64,12 +64,25 @@ class Recorder:
         self._node = node
         self._raw = RawTopics(node)
         self._wanted = list(dict.fromkeys(node.resolve_topic_name(t) for t in topics))
-        self._recorded: list[str] = []
+        self._received: dict[str, int] = {}
+        self._refused: dict[str, str] = {}
 
     @property
     def lost(self) -> int:
         """Messages lost by DDS or to a slow disk."""
         return self._raw.lost + self.bag.lost
+
+    @property
+    def unpublished(self) -> str:
+        """Further topics that are not being received, and why; empty when all are."""
+        unheard = dict.fromkeys(self._wanted, "nobody publishes it")
+        return ", ".join(f"{topic} ({why})" for topic, why in (self._refused | unheard).items())
+
+    @property
+    def silent(self) -> str:
+        """Further topics that no message came from, and why; empty when there are none."""
+        silent = ", ".join(f"{topic} (published, but no message came)" for topic, n in self._received.items() if not n)
+        return ", ".join(filter(None, (self.unpublished, silent)))
 
     def announce(self, topic: str, message_type: str) -> None:
         """Prepare a topic that is written by `write`."""
@@ -83,17 +96,22 @@ class Recorder:
         """Subscribe to what has appeared of the topics wanted."""
         for topic in list(self._wanted):
             try:
-                message_type = self._raw.subscribe(topic, lambda data, name=topic: self.write(name, data))
+                message_type = self._raw.subscribe(topic, lambda data, name=topic: self._on_message(name, data))
                 if not message_type:
                     continue
                 self.announce(topic, message_type)
-                self._recorded.append(topic)
+                self._received[topic] = 0
             except UsageError as error:
+                self._refused[topic] = str(error).rstrip(".")
                 self._node.get_logger().warning(f"{topic} is not recorded: {error}")
             self._wanted.remove(topic)
 
+    def _on_message(self, topic: str, data: bytes) -> None:
+        self._received[topic] += 1
+        self.write(topic, data)
+
     def close(self) -> None:
         """End the recording; the bag is complete then."""
-        for topic in self._recorded:
+        for topic in self._received:
             self._raw.end(topic)
         self.bag.close()

@@ -1,50 +1,70 @@
-"""How every node starts and ends: one line on standard error, an exit status, never a traceback."""
+"""How every node starts and ends: help, one line on standard error, an exit status, never a traceback.
+
+Signals are only noted, from before rclpy starts until the process ends, and looked at ten times a second: one that
+comes while the node is being made, or between two waits of an executor, is neither lost nor an exception in the middle
+of something.
+"""
 
 from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import rclpy
-from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from flex_ident.commands.common import one_line
 from flex_ident.errors import FlexIdentError
+from flex_ident.nodes.usage import Usage, help_wanted
 
-N = TypeVar("N")
+N = TypeVar("N", bound=Node)
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+LOOK_S = 0.1
 
 
 def run_node(
-    name: str, make: Callable[[], N], run: Callable[[N], int], arguments: list[str] | None, *, own_signals: bool = False
+    usage: Usage, make: Callable[[], N], run: Callable[[N, Sequence[str]], int], arguments: list[str] | None
 ) -> int:
-    """Start rclpy, make the node and run it; `own_signals`: the node handles SIGINT and SIGTERM itself."""
-    options = SignalHandlerOptions.NO if own_signals else SignalHandlerOptions.ALL
+    """Start rclpy, make the node and run it until it ends or finds the name of a signal in the list it is given."""
+    name = usage.node
+    if help_wanted(sys.argv[1:] if arguments is None else arguments):
+        print(usage)
+        return 0
+    asked: list[str] = []
+    before = _noted(asked)
     try:
-        rclpy.init(args=arguments, signal_handler_options=options)
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
-    except FlexIdentError as error:
-        return _failed(name, error, error.exit_status)
-    except (ParameterException, ValueError, RuntimeError) as error:
-        return _failed(name, error, 2)
-    except Exception as error:
-        return _failed(name, error, 2)
+    except Exception as error:  # rclpy's own errors are about arguments and parameters
+        _complain(name, error)
+        rclpy.try_shutdown()
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        return error.exit_status if isinstance(error, FlexIdentError) else 2
     try:
-        return run(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        return run(node, asked)
+    except ExternalShutdownException:
         return 0
     except FlexIdentError as error:
-        print(f"{name}: {one_line(error)}", file=sys.stderr)
+        _complain(name, error)
         return error.exit_status
     except Exception as error:
         print(f"{name}: internal error ({type(error).__name__}: {one_line(error)}): please report it.", file=sys.stderr)
         return 3
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
         rclpy.try_shutdown()
+
+
+def spin(executor: Executor, asked: Sequence[str]) -> None:
+    """Serve the executor's nodes until a signal asks to end, or rclpy is shut down."""
+    while not asked and executor.context.ok():
+        executor.spin_once(timeout_sec=LOOK_S)
 
 
 def quick_executor() -> Executor:
@@ -56,15 +76,11 @@ def quick_executor() -> Executor:
     return EventsExecutor()
 
 
-def _failed(name: str, error: BaseException, status: int) -> int:
-    print(f"{name}: {one_line(error)}", file=sys.stderr)
-    rclpy.try_shutdown()
-    return status
+def _noted(asked: list[str]) -> dict[signal.Signals, Any]:
+    """Have signals add their names to `asked`; the handlers before. A handler may not take locks."""
+    return {n: signal.signal(n, lambda number, _frame: asked.append(signal.Signals(number).name)) for n in SIGNALS}
 
 
-def topic_type(node: Any, name: str) -> str:
-    """The type of a topic that is there; empty when it is not."""
-    for topic, types in node.get_topic_names_and_types():
-        if topic == name and types:
-            return str(types[0])
-    return ""
+def _complain(name: str, error: BaseException) -> None:
+    """One line, the node's name once in front."""
+    print(f"{name}: {one_line(error).removeprefix(f'{name}: ')}", file=sys.stderr)

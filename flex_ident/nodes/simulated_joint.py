@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -21,10 +21,11 @@ from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
 from flex_ident.errors import ConfigurationError
-from flex_ident.nodes.running import run_node
+from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.simulated_settings import (
     FAULT,
     HELD_AT,
+    USAGE,
     declared_values,
     description_of,
     drive_of,
@@ -40,6 +41,9 @@ LONGEST_DELAY_S = 0.5
 """When the machine stood still for longer, the joint stood still as well; below, late samples are made up for."""
 JUMP_NS = 5_000_000_000
 WARN_EVERY_S = 1.0
+LONGEST_SLEEP_S = 0.1
+"""However slowly the joint's time runs, it is asked to end."""
+STOPPED = 3
 
 
 class Polled(CallbackGroup):
@@ -87,6 +91,7 @@ class SimulatedJoint(Node):
         self.add_on_set_parameters_callback(self._checked)
         self.add_post_set_parameters_callback(self._on_parameters)
         self._stopping = threading.Event()
+        self.status = 0
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def begin(self) -> None:
@@ -156,6 +161,7 @@ class SimulatedJoint(Node):
             if self._stopping.is_set() or not self.context.ok():
                 return  # the context was shut down between two samples
             print(f"simulated_joint: stopped ({type(error).__name__}: {error})", file=sys.stderr)
+            self.status = STOPPED
             self.context.try_shutdown()
 
     def _live(self) -> None:
@@ -168,7 +174,7 @@ class SimulatedJoint(Node):
         while not self._stopping.is_set():
             late = time.monotonic() - begin - (done + 1) / pace
             if late < 0.0:
-                time.sleep(-late)
+                time.sleep(min(-late, LONGEST_SLEEP_S))
                 continue
             if late > LONGEST_DELAY_S:
                 begin += late
@@ -219,19 +225,19 @@ def _message(names: list[str], joints: int) -> JointState:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The console script; returns the exit status."""
+    """The console script; returns the exit status: 0 stopped by a signal, 2 configuration, 3 the joint failed."""
 
-    def run(node: SimulatedJoint) -> int:
+    def run(node: SimulatedJoint, asked: Sequence[str]) -> int:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         node.begin()
         try:
-            executor.spin()
+            spin(executor, asked)
         finally:
             node.end()
-        return 0
+        return node.status
 
-    return run_node("simulated_joint", SimulatedJoint, run, arguments)
+    return run_node(USAGE, SimulatedJoint, run, arguments)
 
 
 if __name__ == "__main__":

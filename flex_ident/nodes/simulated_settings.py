@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,8 @@ from flex_ident.effects import check_effect_parameters
 from flex_ident.effects.catalogue import CATALOGUE
 from flex_ident.effects.effect import Effect
 from flex_ident.errors import ConfigurationError
-from flex_ident.nodes.declared import current, declare
+from flex_ident.nodes.declared import current, declare, refuse_unknown
+from flex_ident.nodes.usage import Usage
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel, read_joint_model
 from flex_ident.parameters.parameter import NON_NEGATIVE
 from flex_ident.virtual_joint import COBOT_JOINT, INTERFACES, Drive, Instruments, Interface, ample_effort, drive_for
@@ -53,7 +53,6 @@ MODEL_FILE = Setting("model_file", "", "a model.yaml; single parameters win over
 RIGID = Setting(
     "J", 0.0, "inertia of a joint without a spring, kg m^2; 0: the joint has a spring", lower=0.0, upper=1e9
 )
-NO_PARAMETERS = ("use_sim_time", "start_type_description_service")
 HELD_AT = 0.5
 """Where the other joints stand, rad."""
 
@@ -62,17 +61,10 @@ def declared_values(node: Node) -> tuple[dict[str, Value], JointModel]:
     """All parameters, declared and checked, and the model. Raises ConfigurationError, naming key and range."""
     values = _declared(node, SETTINGS)
     values |= _declared(node, (FAULT,), read_only=False)
-    lists = {}
     for key, text in LISTS.items():
-        described = ParameterDescriptor(description=text, read_only=True)
-        lists[key] = [str(v) for v in node.declare_parameter(key, [""], described).value if v]
+        node.declare_parameter(key, [""], ParameterDescriptor(description=text, read_only=True))
     model = _model(node, str(values["joint"]))
-    known = {*values, *lists, *node.list_parameters([], 0).names, *NO_PARAMETERS}
-    for key in node._parameter_overrides:
-        if key not in known and not key.startswith("qos_overrides"):
-            close = difflib.get_close_matches(key, known, 1)
-            hint = f"did you mean {close[0]}?" if close else "see 'ros2 param list'."
-            raise ConfigurationError(f"unknown parameter '{key}': {hint}")
+    refuse_unknown(node)
     low, high = float(values["limits.position_min"]), float(values["limits.position_max"])
     if not low < high:
         raise ConfigurationError(f"limits.position_min {low} is not below limits.position_max {high}.")
@@ -125,12 +117,8 @@ def description_of(names: list[str], values: dict[str, Value]) -> str:
 
 
 def _declared(node: Node, settings: Iterable[Setting], *, read_only: bool = True) -> dict[str, Value]:
-    """Values of settings, declared; what was given is checked first, for a message that names the range."""
+    """Values of settings, declared and checked."""
     settings = tuple(settings)
-    for setting in settings:
-        given = node._parameter_overrides.get(setting.key)
-        if given is not None:
-            setting.checked(given.value, "parameters")
     declare(node, settings, read_only=read_only)
     return current(node, settings)
 
@@ -145,25 +133,34 @@ def _model(node: Node, joint: str) -> JointModel:
     keys = [key for key in (RIGID_KEYS if rigid else FLEXIBLE_KEYS) if key != "J"]
     if bool(rigid) != base.rigid:
         base = JointModel({"J": rigid}) if rigid else COBOT_JOINT
-    settings = [
-        Setting(key, base.value(key), f"parameter {key} of the model, {UNITS[key]}",
-                lower=0.0 if key in NON_NEGATIVE else -1e9, upper=1e9)
-        for key in keys
-    ]  # fmt: skip
-    parameters = {key: float(value) for key, value in _declared(node, settings).items()}
+    parameters = {key: float(value) for key, value in _declared(node, model_settings(keys, base)).items()}
     if rigid:
         parameters["J"] = rigid
     effects = {effect.name: _effect(node, effect, base) for effect in CATALOGUE.values()}
     return JointModel(parameters, {name: p for name, p in effects.items() if p}, joint)
 
 
-def _effect(node: Node, effect: Effect, base: JointModel) -> dict[str, float]:
-    """The effect's parameters; none when all are zero. Raises ConfigurationError."""
-    settings = [
+def model_settings(keys: Sequence[str], base: JointModel) -> list[Setting]:
+    """Single parameters of the model; the defaults are those of `base`."""
+    return [
+        Setting(key, base.value(key), f"parameter {key} of the model, {UNITS[key]}",
+                lower=0.0 if key in NON_NEGATIVE else -1e9, upper=1e9)
+        for key in keys
+    ]  # fmt: skip
+
+
+def effect_settings(effect: Effect, base: JointModel) -> list[Setting]:
+    """Parameters of one effect; the defaults are those of `base`, 0 where it has none."""
+    return [
         Setting(f"effects.{effect.name}.{p.name}", base.value(f"{effect.name}.{p.name}"), f"{p.meaning}, {p.unit}",
                 lower=max(min(p.lower, 0.0), -1e9), upper=min(p.upper, 1e9))
         for p in effect.parameters
     ]  # fmt: skip
+
+
+def _effect(node: Node, effect: Effect, base: JointModel) -> dict[str, float]:
+    """The effect's parameters; none when all are zero. Raises ConfigurationError."""
+    settings = effect_settings(effect, base)
     read = {key.rsplit(".", 1)[1]: float(value) for key, value in _declared(node, settings).items()}
     given = {name: value for name, value in read.items() if value}
     if not given:
@@ -177,3 +174,13 @@ def _effect(node: Node, effect: Effect, base: JointModel) -> dict[str, float]:
     wanted = {p.name: read[p.name] for p in effect.parameters if p.name.endswith("_link") in sides}
     check_effect_parameters(effect.name, wanted)
     return wanted
+
+
+USAGE = Usage(
+    "simulated_joint",
+    "A virtual robot joint (two masses, a spring, friction, gravity, any effect of the catalogue) that takes the "
+    "commands and publishes the topics of a robot.",
+    (*SETTINGS, FAULT, MODEL_FILE, *model_settings(FLEXIBLE_KEYS, COBOT_JOINT), RIGID,
+     *(s for effect in CATALOGUE.values() for s in effect_settings(effect, COBOT_JOINT))),
+    LISTS,
+)  # fmt: skip

@@ -6,9 +6,12 @@ from collections.abc import Mapping
 
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import GapExplanation
+from flex_ident.parameters import Parameter
+from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
+from flex_ident.report.advice import told
 from flex_ident.report.figures import embedded
-from flex_ident.report.gap_table import SUMMARY, finding_text
+from flex_ident.report.gap_table import SUMMARY, change, closed_share, do_first, finding_text, warnings_of
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
 from flex_ident.report.table import meaning_of, parameter_row
 
@@ -18,13 +21,14 @@ def gap_html(explanation: GapExplanation, recording: Recording, figures: Mapping
     e = explanation
     merits = [
         Merit("gap before", f"{e.before:.3g} {e.unit}", "rms, data not fitted"),
-        Merit("gap after", f"{e.after:.3g} {e.unit}", f"{100 * (e.after / e.before - 1):+.0f} %"),
+        Merit("gap after", f"{e.after:.3g} {e.unit}", change(e.before, e.after)),
         Merit("noise floor", f"{e.noise_floor:.3g} {e.unit}", "cannot be beaten"),
     ]
     if e.repeats is not None and e.repeats_left is not None:
         merits.append(Merit("model error, from repeats", f"{e.repeats.repeatable:.3g} {e.unit}",
                             f"{e.repeats_left.repeatable:.3g} after"))  # fmt: skip
     sections = [
+        *_read_first(e),
         Section("What each step bought", images=_image(figures, "gap_steps", "gap of each model")),
         *_findings(e),
         *_unexplained(e),
@@ -39,6 +43,13 @@ def gap_html(explanation: GapExplanation, recording: Recording, figures: Mapping
         summary=SUMMARY[e.verdict].capitalize() + ".", merits=merits, sections=sections,
         source=f"Recording: {recording.path} (sha256 {recording.sha256[:16]}…). Sensors {e.sensors}.",
     )  # fmt: skip
+
+
+def _read_first(e: GapExplanation) -> list[Section]:
+    first, said = do_first(e), (*told(e.notices), *warnings_of(e))
+    sections = [Section("Do this first", (first,))] if first else []
+    items = tuple(t[:1].upper() + t[1:] for t in said)
+    return [*sections, Section("Notes and warnings", items=items)] if said else sections
 
 
 def _image(figures: Mapping[str, bytes], name: str, alt: str) -> tuple[Image, ...]:
@@ -71,21 +82,24 @@ def _where(e: GapExplanation, figures: Mapping[str, bytes]) -> Section:
     )
 
 
+def _meaning(e: GapExplanation, p: Parameter) -> str:
+    return meaning_of(p.key, rigid=e.final.model.rigid, prismatic=p.unit == PRISMATIC_UNITS.get(p.key))
+
+
 def _model(e: GapExplanation) -> Section:
     rows = tuple(
-        Row((*parameter_row(p)[:5], meaning_of(p.key, rigid=e.final.model.rigid), "yes" if p.identifiable else "no"),
+        Row((*parameter_row(p)[:5], _meaning(e, p), "yes" if p.identifiable else "no"),
             not p.identifiable)
         for p in e.final.parameters
     )  # fmt: skip
     return Section(
         "The model with what was found", ("All parameters were identified again together; model.yaml holds them.",),
         header=("", "value", "± 2σ", "%σ", "unit", "meaning", "identifiable"), rows=rows, right=(1, 2, 3),
-        notes=tuple(n.message for n in e.notices),
     )  # fmt: skip
 
 
 def _rejected(e: GapExplanation) -> Section:
-    rows = tuple(Row((r.effect.replace("_", " "), f"{100 * r.share:.0f}", r.reason)) for r in e.rejected)
+    rows = tuple(Row((r.effect.replace("_", " "), closed_share(r.share), r.reason)) for r in e.rejected)
     if not rows:
         return Section("Tried and not accepted", ("Nothing else was worth a trial.",))
     return Section("Tried and not accepted", header=("effect", "% of the gap", "why not"), rows=rows, right=(1,))

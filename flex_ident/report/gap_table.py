@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import Finding, GapExplanation
+from flex_ident.parameters import Identification
+from flex_ident.report.advice import first_thing, other_things, told
 from flex_ident.report.table import rounded, text_table
 
 SUMMARY = {
@@ -18,22 +22,56 @@ SUMMARY = {
 def finding_text(finding: Finding) -> str:
     """An effect with its numbers, in one line."""
     numbers = ", ".join(
-        f"{p.key} {rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)} {p.unit}".rstrip()
+        f"{p.key} {rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)} {p.unit}".removesuffix(" 1").rstrip()
         for p in finding.parameters
     )
     how = "put in by hand" if finding.verdict == "by_hand" else f"confidence {finding.confidence:.2f}"
     return f"{finding.effect}: {effect_named(finding.effect).summary} ({numbers}; {how})"
 
 
+def change(before: float, after: float, digits: int = 0) -> str:
+    """The change in percent with its sign, as text; `±0` where it rounds to nothing."""
+    if before <= 0.0:
+        return ""
+    text = f"{100 * (after / before - 1):+.{digits}f}"
+    return f"{text} %" if text.strip("+-0.") else "±0 %"
+
+
+def closed_share(share: float) -> str:
+    """The share of the gap that an effect would close, in percent, as text."""
+    return "makes it worse" if share <= -0.005 else f"{100 * min(1.0, max(0.0, share)):.0f}"
+
+
+def do_first(explanation: GapExplanation) -> str | None:
+    """The one thing to do where the base model does not describe the recording."""
+    return first_thing(_final(explanation)) if explanation.verdict == "rejected" else None
+
+
+def warnings_of(explanation: GapExplanation) -> tuple[str, ...]:
+    """What speaks against the recording and the final model, each once, the most important first."""
+    final = _final(explanation)
+    first = None if explanation.verdict == "rejected" else first_thing(final)
+    said = told(explanation.notices)
+    return tuple(t for t in (*([first] if first else []), *other_things(final)) if t not in said)
+
+
+def _final(explanation: GapExplanation) -> Identification:
+    """The final identification but for that its model leaves a gap: that is said already."""
+    final = explanation.final
+    return replace(final, notices=tuple(n for n in final.notices if n.code != "model_mismatch"))
+
+
 def gap_text(explanation: GapExplanation) -> str:
     """Verdict, steps, findings, regions, what was not accepted and what could not be tested."""
     e = explanation
     lines = [f"{e.joint}: {e.verdict.replace('_', ' ')}: {SUMMARY[e.verdict]}  (sensors {e.sensors})", ""]
-    rows = [
-        (s.model, f"{s.gap:.4g}", f"{100 * (s.gap / e.before - 1):+.1f} %" if i else "") for i, s in enumerate(e.steps)
-    ]
+    first = do_first(e)
+    lines += [f"do this first: {first}", ""] if first else []
+    rows = [(s.model, f"{s.gap:.4g}", change(e.before, s.gap, 1) if i else "") for i, s in enumerate(e.steps)]
     rows.append(("noise floor", f"{e.noise_floor:.4g}", ""))
-    lines.append(text_table(("model", f"gap, {e.unit} rms, data not fitted", ""), rows, right=(1, 2)))
+    wide = len(e.steps) > 1
+    header = ("model", f"gap, {e.unit} rms, data not fitted", *(["change"] if wide else []))
+    lines.append(text_table(header, rows if wide else [r[:2] for r in rows], right=(1, 2)))
     for finding in e.findings:
         lines += ["", finding_text(finding), f"  {finding.evidence}"]
         if finding.also_considered:
@@ -59,5 +97,7 @@ def gap_text(explanation: GapExplanation) -> str:
     if e.not_testable:
         lines += ["", "could not have been seen in this recording:"]
         lines += [f"  {u.effect}: {u.experiment or 'another motion'} would show it" for u in e.not_testable]
-    lines += [f"note: {n.message}" for n in e.notices]
+    notes, warnings = told(e.notices), warnings_of(e)
+    if notes or warnings:
+        lines += ["", *(f"note: {text}" for text in notes), *(f"warning: {text}" for text in warnings)]
     return "\n".join(lines)

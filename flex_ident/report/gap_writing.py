@@ -9,13 +9,16 @@ from flex_ident.gap.content import gap_content
 from flex_ident.gap.explanation import GapExplanation
 from flex_ident.recording import Recording
 from flex_ident.report.ros_parameters import write_ros_parameters
-from flex_ident.report.writing import made_folder
+from flex_ident.report.writing import GAP_REPORT, made_folder
 
 
 def write_explanation(
     explanation: GapExplanation, recording: Recording, folder: Path, *, plots: bool = True
 ) -> dict[str, Path]:
-    """Write gap.json, parameters.yaml, model.yaml, report.html and the plots; what was written, by name."""
+    """Write gap.json, parameters.yaml, model.yaml, report.html and the plots; what was written, by name.
+
+    In the folder of an identification (`result.json`) its report.html stays, and this one is gap_report.html.
+    """
     made_folder(folder)
     paths = {name: folder / name for name in ("gap.json", "parameters.yaml", "model.yaml")}
     content = gap_content(explanation)
@@ -30,6 +33,7 @@ def write_explanation(
 
         figures = gap_figures(explanation)
         write_pngs(figures, folder)
-        paths["report.html"] = folder / "report.html"
-        paths["report.html"].write_text(gap_html(explanation, recording, figures), encoding="utf-8")
+        name = GAP_REPORT if (folder / "result.json").exists() else "report.html"
+        paths[name] = folder / name
+        paths[name].write_text(gap_html(explanation, recording, figures), encoding="utf-8")
     return paths

@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from flex_ident.errors import FlexIdentError
+from flex_ident.estimation.estimate import fit_problem
 from flex_ident.parameters import CutoffSweep, FrequencyResponse, Identification, TorqueCurves
 from flex_ident.recording import Recording
-from flex_ident.report.figures import LINK, MEASURED, PREDICTED, QUIET, png_bytes, styled_figure, thinned
+from flex_ident.report.figures import (
+    LINK,
+    MEASURED,
+    PREDICTED,
+    QUIET,
+    plain_log_ticks,
+    png_bytes,
+    runs,
+    styled_figure,
+    thinned,
+)
 
 WINDOW_CYCLES_S = 3.0
 """Length of the close-up in Figure 2, s."""
@@ -37,8 +50,7 @@ def signals_plot(recording: Recording) -> bytes:
 
 def _shade_gaps(axes: list, recording: Recording) -> None:  # type: ignore[type-arg]
     missing = ~recording.measured if recording.measured is not None else np.zeros(0, bool)
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], missing.astype(int), [0]))))
-    for start, stop in edges.reshape(-1, 2)[:200]:
+    for start, stop in runs(missing)[:200]:
         for a in axes:
             a.axvspan(start / recording.sample_rate_hz, stop / recording.sample_rate_hz, color=QUIET, alpha=0.3, lw=0)
 
@@ -54,39 +66,67 @@ def frequency_response_plot(response: FrequencyResponse) -> bytes:
                 a.axvline(mode, color=colour, ls="--", lw=1.0)
             top.plot([], [], color=colour, ls="--", lw=1.0, label=f"{name} {mode:.3g} Hz")
         if response.modes_hz:
-            top.legend(loc="upper right")
+            top.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
         top.set_ylabel("torque over acceleration,\nkg m²")
-        top.set_title("Apparent inertia: peak at the locked-motor mode, dip at the free resonance")
+        top.set_title("Apparent inertia (peak: locked motor, dip: free resonance)")
         bottom.semilogx(response.frequency_hz, response.coherence, color=QUIET)
         bottom.set_ylim(0, 1.05)
         bottom.set_ylabel("coherence")
         bottom.set_xlabel("frequency, Hz")
+        plain_log_ticks(top.yaxis)
+        plain_log_ticks(bottom.xaxis)
         return png_bytes(figure)
 
 
-def torque_plot(curves: TorqueCurves) -> bytes:
-    """Figure 2 of the paper: measured and predicted torque, their difference, and a close-up."""
+def torque_plot(curves: TorqueCurves, fitted: NDArray[np.bool_] | None = None) -> bytes:
+    """Figure 2 of the paper: measured and predicted torque, their difference, and a close-up.
+
+    Where `fitted` (n,) is False the difference is not drawn, and the time is shaded, as it is where samples are missing
+    between the curves' own.
+    """
     t, residual = curves.time, curves.measured - curves.predicted
+    jumps = np.concatenate((np.diff(t) > 1.5 * float(np.median(np.diff(t))), [False]))
+    used = np.ones(t.size, bool) if fitted is None else fitted
+    shown = used & ~jumps
     with styled_figure(8.6, 5.4) as figure:
         whole, error, close = figure.subplots(3, 1, height_ratios=(2, 1.2, 2))
         whole.plot(*thinned(t, curves.measured), color=MEASURED, label="measured")
         whole.plot(*thinned(t, curves.predicted), color=PREDICTED, lw=0.8, label="predicted")
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
         whole.set_ylabel("torque, N m")
-        whole.set_title("Measured and predicted torque, filtered alike (Figure 2)")
-        error.plot(*thinned(t, residual), color=QUIET, label="difference where fitted")
-        held = np.where(curves.validation, residual, np.nan)
-        error.plot(t, held, color=LINK, lw=0.9, label="not fitted (validation)")
-        error.legend(loc="lower right", bbox_to_anchor=(1.0, 0.93), ncols=2)
-        error.set_ylabel("difference, N m")
+        whole.set_title("Measured and predicted torque, filtered alike (as Figure 2 of the paper)")
+        error.plot(*thinned(t, np.where(shown, residual, np.nan)), color=QUIET, label="fitted")
+        held = np.where(curves.validation & shown, residual, np.nan)
+        error.plot(*thinned(t, held), color=LINK, lw=0.9, label="kept for validation")
+        out = [(t[a], t[b - 1]) for a, b in runs(~used)]
+        out += [(t[i], t[i + 1]) for i in np.flatnonzero(jumps)]
+        for i, (a, b) in enumerate(out):
+            for axes in (whole, error, close):
+                label = "left out: edges, standstill, gaps" if i == 0 else None
+                axes.axvspan(a, b, color=QUIET, alpha=0.22, lw=0, label=label, zorder=0)
+        error.legend(loc="lower right", bbox_to_anchor=(1.0, 0.93), ncols=3)
+        error.set_ylabel("error, N m")
         error.sharex(whole)
         start = _liveliest(curves)
         part = (t >= start) & (t <= start + WINDOW_CYCLES_S)
         close.plot(t[part], curves.measured[part], color=MEASURED)
         close.plot(t[part], curves.predicted[part], color=PREDICTED, lw=1.0, ls="--")
+        close.set_xlim(start, start + WINDOW_CYCLES_S)
         close.set_ylabel("close-up, N m")
         close.set_xlabel("time, s")
         return png_bytes(figure)
+
+
+def fitted_rows(result: Identification, recording: Recording) -> NDArray[np.bool_] | None:
+    """Which rows (n,) of the result's curves the fit used; None when it is all of them, as in a regression."""
+    curves = result.curves
+    if curves is None or curves.time.size == result.fit.samples:
+        return None
+    try:
+        rows = fit_problem(recording, sensors=result.sensors, rigid=result.model.rigid).usable
+    except FlexIdentError:
+        return None
+    return rows if rows.size == curves.time.size else None
 
 
 def _liveliest(curves: TorqueCurves) -> float:
@@ -123,7 +163,7 @@ def identification_figures(result: Identification, recording: Recording) -> dict
     if result.frequency_response is not None and result.frequency_response.frequency_hz.size > 3:
         figures["frequency_response"] = frequency_response_plot(result.frequency_response)
     if result.curves is not None:
-        figures["torque"] = torque_plot(result.curves)
+        figures["torque"] = torque_plot(result.curves, fitted_rows(result, recording))
     if result.cutoff_sweep is not None and result.filter is not None:
         figures["cutoff_sweep"] = cutoff_sweep_plot(result.cutoff_sweep, result.filter.cutoff_rad_s)
     return figures

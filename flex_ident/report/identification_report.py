@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from flex_ident.parameters import Identification
+from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
+from flex_ident.report.advice import first_thing, other_things
 from flex_ident.report.figures import embedded
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
-from flex_ident.report.table import MEANING, meaning_of, parameter_row, rounded
+from flex_ident.report.table import delay_text, meaning_of, parameter_row, rounded
 
 VERDICTS = {
     "trusted": "The model reproduces the torque, and inertia and stiffness are well determined.",
@@ -55,13 +57,25 @@ def _image(figures: Mapping[str, bytes], name: str, alt: str) -> tuple[Image, ..
 def _advice(result: Identification) -> list[Section]:
     if not result.notices:
         return []
-    return [Section("Read this first: warnings and what to do", items=tuple(n.message for n in result.notices))]
+    first, others = first_thing(result), other_things(result)
+    if first is None:
+        return [Section("Read this first: warnings and what to do", items=others)]
+    sections = [Section("Do this first", (first,))]
+    return [*sections, Section("Then: warnings and what to do about them", items=others)] if others else sections
+
+
+def _prismatic(p: Parameter) -> bool:
+    return p.unit == PRISMATIC_UNITS.get(p.key)
 
 
 def _parameters(result: Identification) -> Section:
     rows = tuple(
         Row(
-            (*parameter_row(p)[:5], meaning_of(p.key, rigid=result.model.rigid), "yes" if p.identifiable else "no"),
+            (
+                *parameter_row(p)[:5],
+                meaning_of(p.key, rigid=result.model.rigid, prismatic=_prismatic(p)),
+                "yes" if p.identifiable else "no",
+            ),
             not p.identifiable,
         )
         for p in result.parameters
@@ -73,7 +87,7 @@ def _parameters(result: Identification) -> Section:
             f"{result.derived['free_resonance_hz']:.4g} Hz."
         )
     chain = [
-        f"{MEANING[p.key]} {1e3 * p.value:.3f} ± {2e3 * p.std:.2g} ms"
+        delay_text(p, prismatic=any(map(_prismatic, result.parameters)))
         for p in result.measurement
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value)
     ]

@@ -48,6 +48,11 @@ class Section:
     notes: tuple[str, ...] = ()
 
 
+def _typeset(text: object) -> object:
+    """Powers of units and formulas as a reader expects them: kg m²."""
+    return text.replace("^2", "²").replace("^3", "³") if type(text) is str else text
+
+
 def page_html(
     *,
     title: str,
@@ -62,7 +67,7 @@ def page_html(
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined, finalize=_typeset
     )
     return environment.get_template("page.html").render(
         title=title, heading=heading, verdict=verdict, summary=summary, sections=sections, figures_of_merit=merits,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters.parameter import PRISMATIC_UNITS
 
 MEANING = {
     "Jm": "motor inertia", "K": "joint stiffness", "JL": "link inertia", "FVm": "motor viscous friction",
@@ -16,10 +17,30 @@ MEANING = {
 }  # fmt: skip
 
 
-def meaning_of(key: str, *, rigid: bool = False) -> str:
+def meaning_of(key: str, *, rigid: bool = False, prismatic: bool = False) -> str:
     """What a key stands for, in words."""
     words = MEANING.get(key, key.replace(".", ": ").replace("_", " ") if "." in key else "")
+    if prismatic:
+        words = words.replace("inertia", "mass").replace("torque", "force")
     return words.removeprefix("link ") if rigid else words
+
+
+def percent_text(percent: float) -> str:
+    """A share with two digits, or as a whole number from 10 on: '0.52 %', '100 %'; what rounding leaves is '0 %'."""
+    if percent < 1e-3:
+        return "0 %"
+    return f"{percent:.0f} %" if percent >= 10.0 else f"{percent:.2g} %"
+
+
+def delay_text(p: Parameter, *, prismatic: bool = False) -> str:
+    """A delay of the measurement chain, s, in words: 'torque recorded 0.120 ± 0.004 ms late'."""
+    what = {"torque_delay": f"{'force' if prismatic else 'torque'} recorded", "link_skew": "link position read"}[p.key]
+    side = "late" if p.value >= 0.0 else "early"
+    size = f"{1e3 * abs(p.value):.3f}"
+    if p.at_bound:
+        return f"{what} {size} ms {side}, which is its limit"
+    known = f" ± {2e3 * p.std:.2g}" if math.isfinite(p.std) else ""
+    return f"{what} {size}{known} ms {side}"
 
 
 def rounded(value: float, std: float) -> str:
@@ -41,7 +62,7 @@ def parameter_row(p: Parameter, *, rigid: bool = False) -> tuple[str, str, str, 
     share = f"{p.relative_std_percent:.2g}" if p.relative_std_percent < 1e4 else "-"
     if p.at_bound:
         two, share = "at bound", "-"
-    meaning = meaning_of(p.key, rigid=rigid)
+    meaning = meaning_of(p.key, rigid=rigid, prismatic=p.unit == PRISMATIC_UNITS.get(p.key))
     if not p.identifiable:
         meaning = f"{meaning} (not identifiable)".strip()
     return p.key, value, two, share, p.unit, meaning
@@ -80,12 +101,13 @@ def result_text(result: Identification) -> str:
             f"{result.derived['x5_sigmas']:.1f} standard deviations apart"
         )
     fit = result.fit
+    prismatic = any(p.unit == PRISMATIC_UNITS.get(p.key) for p in result.parameters)
     lines.append(
-        f"torque error: {fit.relative_error_percent:.2f} %, on data not fitted "
+        f"{'force' if prismatic else 'torque'} error: {fit.relative_error_percent:.2f} %, on data not fitted "
         f"{fit.validation_relative_error_percent:.2f} %; condition number {fit.condition_number:.3g}"
     )
     for p in result.measurement:
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
-            lines.append(f"measurement: {MEANING[p.key]} {1e3 * p.value:.3f} ± {2e3 * p.std:.2g} ms, corrected for")
+            lines.append(f"measurement: {delay_text(p, prismatic=prismatic)}, corrected for")
     lines += [f"warning: {n.message}" for n in result.notices]
     return "\n".join(lines)

@@ -11,6 +11,9 @@ from flex_ident.recording import Recording
 from flex_ident.report.result import result_content
 from flex_ident.report.ros_parameters import write_ros_parameters
 
+GAP_REPORT = "gap_report.html"
+"""The report of `explain_gap` in a folder that holds that of `identify_bag` as well."""
+
 
 def made_folder(folder: Path) -> Path:
     """The folder, made if missing. Raises UsageError when that cannot be."""
@@ -27,8 +30,14 @@ def made_folder(folder: Path) -> Path:
 def write_identification(
     result: Identification, recording: Recording, folder: Path, *, plots: bool = True
 ) -> dict[str, Path]:
-    """Write result.json, parameters.yaml, model.yaml, report.html and the plots; what was written, by name."""
+    """Write result.json, parameters.yaml, model.yaml, report.html and the plots; what was written, by name.
+
+    The report.html of an explained gap that was there first is kept as gap_report.html.
+    """
     made_folder(folder)
+    report = folder / "report.html"
+    if report.exists() and (folder / "gap.json").exists() and not (folder / "result.json").exists():
+        report.replace(folder / GAP_REPORT)
     paths = {name: folder / name for name in ("result.json", "parameters.yaml", "model.yaml")}
     content = result_content(result, recording)
     paths["result.json"].write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -217,3 +217,28 @@ def test_the_shipped_configurations_load() -> None:
         _, said = process.communicate(timeout=20.0)
         assert running, f"{file}: {said}"
         assert process.returncode == 0, f"{file}: {said}"
+
+
+def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.exciter(**{"recording.topics": ["/nothing"], "chirp.duration_s": 3.0})
+        made.spin(5.0)
+        said = made.output("chirp_exciter")
+        assert "idle: call /chirp_exciter/start" in said
+        assert "still missing: no /robot_description has arrived" in said
+        made.simulated_joint()
+        end = time.monotonic() + 20.0
+        while "all that it needs is there" not in made.output("chirp_exciter"):
+            assert time.monotonic() < end, made.output("chirp_exciter")
+            made.spin(0.2)
+        success, message = made.call("/chirp_exciter/start")
+        assert success, message
+        assert message.endswith("; not received so far: /nothing (nobody publishes it)")
+        made.spin(0.3)
+        made.call("/chirp_exciter/stop")
+        made.ended("chirp_exciter")
+        said = made.output("chirp_exciter")
+    assert "not received so far: /nothing (nobody publishes it)" in said
+    assert "not in the recording: /nothing (nobody publishes it)" in said
+    assert "real-time priority" not in said
+    assert "chirp_exciter: chirp_exciter" not in said

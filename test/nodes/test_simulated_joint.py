@@ -242,7 +242,7 @@ def test_faults(watcher: Watcher, start: Any) -> None:
     [
         (["-p", "rate_hz:=-5.0"], "rate_hz is -5.0: expected a number from 10 to 10000"),
         (["-p", "rate_hz:=fast"], "rate_hz is 'fast': expected a number"),
-        (["-p", "Kk:=3.0"], "unknown parameter 'Kk': did you mean K?"),
+        (["-p", "Kk:=3.0"], "unknown parameter 'Kk': did you mean 'K'?"),
         (["-p", "Jm:=0.0"], "Jm of the virtual joint is 0.0: it must be positive"),
         (["-p", "controller.type:=servo"], "expected one of forward_command, joint_trajectory"),
         (["-p", "model_file:=/nowhere.yaml"], "/nowhere.yaml: cannot be read"),
@@ -268,7 +268,7 @@ def test_bad_parameters_are_refused_by_name(
 def test_a_refusal_is_one_line_and_status_2_of_the_process() -> None:
     done = subprocess.run([*COMMAND, "-p", "Kk:=3.0"], env=environment(), capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
-    assert done.stderr == "simulated_joint: unknown parameter 'Kk': did you mean K?\n"
+    assert done.stderr == "simulated_joint: unknown parameter 'Kk': did you mean 'K'?\n"
 
 
 def test_the_shipped_configuration_starts_the_default_joint(watcher: Watcher) -> None:

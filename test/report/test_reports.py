@@ -1,0 +1,145 @@
+"""What reports say first, what plots leave blank, and which file an explanation is written to."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flex_ident.gap.explanation import GapCurves, GapExplanation, Region, Rejected, Step
+from flex_ident.parameters import FitQuality, Identification, JointModel, Parameter
+from flex_ident.recording import Notice, Recording
+from flex_ident.report.advice import first_thing, other_things
+from flex_ident.report.figures import thinned
+from flex_ident.report.gap_table import change, closed_share, gap_text
+from flex_ident.report.gap_writing import write_explanation
+
+LEAVES = "the model leaves 97 % of the torque unexplained: run explain_gap to see what is missing."
+
+
+def result(verdict: str, error: float, weak: tuple[str, ...] = (), *notices: Notice) -> Identification:
+    keys = ("Jm", "K", "JL", "FVm", "MX", "MY")
+    parameters = tuple(Parameter(k, 1.0, 0.01 if k not in weak else 5.0, "", k not in weak) for k in keys)
+    said = tuple(Notice("not_identifiable", f"{k} is not determined by this recording (± 5): do more.") for k in weak)
+    return Identification(
+        joint="elbow", sensors="motor", method="auto", verdict=verdict, parameters=parameters,  # type: ignore[arg-type]
+        fit=FitQuality(100, 10.0, 6, error, error), model=JointModel(dict.fromkeys(keys, 1.0)),
+        notices=(*notices, *said),
+    )  # fmt: skip
+
+
+def test_noise_is_told_to_look_at_the_effort_and_nothing_else() -> None:
+    r = result("rejected", 97.0, ("Jm", "K", "JL", "MX", "MY"), Notice("model_mismatch", LEAVES))
+    first = first_thing(r)
+    assert first is not None
+    assert first.startswith("Check the effort signal: the model leaves 97 %")
+    assert "explain_gap" not in " ".join((first, *other_things(r)))
+    assert len(other_things(r)) == 1
+
+
+def test_what_is_not_determined_is_told_by_the_experiment_that_helps() -> None:
+    r = result("rejected", 5.0, ("K", "JL", "MX", "MY"))
+    first = first_thing(r)
+    assert first is not None
+    assert first.startswith("Record again: sweep through the resonance with a larger amplitude")
+    assert "K and JL are not determined" in first
+    assert sum("MX and MY are not determined" in line for line in other_things(r)) == 1
+
+
+def test_a_reversed_effort_comes_before_all_else() -> None:
+    said = Notice("effort_reversed", "effort seems reversed: --effort-scale -1.")
+    assert first_thing(result("rejected", 97.0, ("K",), said)) == "Effort seems reversed: --effort-scale -1."
+
+
+def test_the_motors_equation_is_told_with_what_to_do() -> None:
+    said = Notice("motor_equation", "the motor's equation alone (eq. 6) gives K = 1e4 N m/rad.")
+    r = result("rejected", 40.0, ("K",), said)
+    assert (first_thing(r) or "").startswith("Take K from the motor's equation")
+    assert not any("eq. 6" in line for line in other_things(r))
+
+
+def test_a_trusted_result_has_nothing_to_be_done_first() -> None:
+    assert first_thing(result("trusted", 1.0)) is None
+    assert first_thing(result("doubtful", 20.0, (), Notice("model_mismatch", LEAVES))) == "T" + LEAVES[1:]
+
+
+def test_a_line_is_interrupted_where_nothing_was_compared() -> None:
+    time = np.arange(20000.0)
+    values = np.where((time >= 5000) & (time < 9000), np.nan, np.sin(time))
+    t, v = thinned(time, values)
+    blank = t[np.isnan(v)]
+    assert blank.size
+    assert blank.min() >= 5000 - 14
+    assert blank.max() < 9000
+    assert np.nanmax(v) == pytest.approx(1.0, abs=1e-3)
+
+
+def explanation(**changes: object) -> GapExplanation:
+    time = np.arange(0.0, 20.0, 0.01)
+    measured = 3.0 * np.sin(8.0 * time)
+    noise = np.random.default_rng(0).normal(size=(2, time.size))
+    usable = (time > 1.0).astype(float)
+    final = result("doubtful", 20.0, (), Notice("gaps", "3 % of the samples are missing."),
+                   Notice("model_mismatch", LEAVES), Notice("gaps", "3 % of the samples are missing."))  # fmt: skip
+    e = GapExplanation(
+        joint="elbow", sensors="motor", verdict="complete", unit="N m", before=1.0, after=0.999, noise_floor=0.9,
+        steps=(Step("base", 1.0), Step("base + backlash", 0.9999)), findings=(), not_testable=(),
+        where=(Region("frequency", 0.0, 2.1, 0.98, 0.1, "98 % of the gap lies where the frequency is low"),),
+        rejected=(Rejected("backlash", -0.62, "no"), Rejected("gravity", -0.001, "no")), final=final,
+        curves=GapCurves(time, measured, measured + noise[0], measured + noise[1], usable),
+    )  # fmt: skip
+    return replace(e, **changes)  # type: ignore[arg-type]
+
+
+def test_a_rejected_explanation_says_what_to_do_first() -> None:
+    text = gap_text(explanation(verdict="rejected", final=result("rejected", 97.0, ("Jm", "K", "JL"))))
+    assert text.splitlines()[2].startswith("do this first: Check the effort signal")
+    assert "warning: Jm, K and JL are not determined" in text
+
+
+def test_shares_of_the_gap_are_words_where_numbers_would_puzzle() -> None:
+    assert [closed_share(x) for x in (-0.62, -0.001, 0.4, 1.2)] == ["makes it worse", "0", "40", "100"]
+    assert [change(1.0, x, 1) for x in (0.9999, 1.0, 0.5)] == ["±0 %", "±0 %", "-50.0 %"]
+
+
+def test_the_terminal_shows_the_recordings_warnings_once() -> None:
+    text = gap_text(explanation())
+    assert text.count("warning: 3 % of the samples are missing.") == 1
+    assert LEAVES not in text
+    header = text.splitlines()[2]
+    assert header.endswith("change")
+
+
+def recording() -> Recording:
+    time = np.arange(0.0, 20.0, 0.01)
+    return Recording(joint="elbow", sample_rate_hz=100.0, motor_position=np.sin(time), motor_torque=np.cos(time))
+
+
+def test_the_report_of_an_identification_is_not_overwritten(tmp_path: Path) -> None:
+    paths = write_explanation(explanation(), recording(), tmp_path / "alone")
+    assert "report.html" in paths
+    page = paths["report.html"].read_text()
+    assert "makes it worse" in page
+    assert ">-62<" not in page
+    assert page.count("3 % of the samples are missing.") == 1
+    both = tmp_path / "both"
+    both.mkdir()
+    (both / "result.json").write_text("{}")
+    (both / "report.html").write_text("kept")
+    paths = write_explanation(explanation(), recording(), both)
+    assert (both / "report.html").read_text() == "kept"
+    assert paths["gap_report.html"].exists()
+    assert "report.html" not in paths
+
+
+@pytest.mark.parametrize("method", ["paper", "weighted"])
+def test_explain_gap_knows_only_auto(method: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "flex_ident.commands.explain_gap", str(tmp_path), "--method", method],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "explain_gap knows only auto" in done.stderr
