@@ -18,6 +18,8 @@ from flex_ident.recording import Floats
 JOINT_STATE = "sensor_msgs/msg/JointState"
 HELD = 0.02
 """A joint that moves less than this share of the one that moves most counts as held."""
+FEWEST = 3
+"""Messages below which one cannot say whether a joint moved."""
 STILL = 1e-6
 """A range of positions, rad or m, below which nothing moved."""
 
@@ -38,6 +40,11 @@ class JointMotion:
     def range(self) -> float:
         """Range of positions, rad or m; 0 when it has none."""
         return self.high - self.low if self.high > self.low else 0.0
+
+    @property
+    def has_position(self) -> bool:
+        """Whether any of its positions is a finite number."""
+        return bool(np.isfinite(self.low))
 
     def add(self, position: Floats, effort: Floats) -> None:
         """Take in further messages, (k,) each."""
@@ -103,7 +110,8 @@ def motor_names(joint: str) -> tuple[str, ...]:
 
 def listed(motions: Iterable[JointMotion]) -> str:
     """Joints and how much each moved, for a message."""
-    return ", ".join(f"{m.name} ({m.range:.3g})" for m in motions) or "none"
+    ranges = ((m.name, f"{m.range:.3g}" if m.has_position else "no number") for m in motions)
+    return ", ".join(f"{name} ({text})" for name, text in ranges) or "none"
 
 
 def moving_joint(motions: Iterable[JointMotion]) -> str:
@@ -111,7 +119,18 @@ def moving_joint(motions: Iterable[JointMotion]) -> str:
     sides = [m for m in motions if not m.link]
     if not sides:
         raise SignalError("no joint in any joint_states topic: name the motor position with --motor-position.")
+    longest = max(m.messages for m in sides)
+    if longest < FEWEST:
+        count = f"{longest} message{'s' if longest > 1 else ''}"
+        raise ExcitationError(f"{count} of joint states in all: record at least ten seconds of motion.")
     most = max(m.range for m in sides)
+    empty = [m.name for m in sides if not m.has_position]
+    if most < STILL and empty:
+        others = f", and no other joint moved: {listed(sides)}" if len(empty) < len(sides) else ""
+        raise SignalError(
+            f"the position of {', '.join(empty)} holds no finite number in {longest} messages{others}. Name the motor "
+            "position with --motor-position."
+        )
     if most < STILL:
         raise ExcitationError(f"no joint moved: {listed(sides)} in rad or m. Record while the joint follows a chirp.")
     moving = [m for m in sides if m.range > HELD * most]

@@ -22,6 +22,8 @@ from flex_ident.recording.recording import Role
 __all__ = ["STILL", "JointMotion", "Progress", "joint_motions", "read_recording"]
 
 Progress = Callable[[float], None]
+SAME = 1e-9
+"""Difference, over the range, up to which two positions are one number written twice."""
 
 
 def read_recording(
@@ -42,7 +44,7 @@ def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) 
     with ThreadPoolExecutor(1) as pool:
         digest = pool.submit(bag.sha256)
         joint, signals, notices, origin = _signals(bag, selection, progress)
-    _check_signals(signals, joint)
+    _check_signals(signals, joint, named=selection.effort is not None)
     return aligned_recording(
         signals, joint=joint, notices=notices, path=str(bag.path), sha256=digest.result(), start_time_s=origin
     )
@@ -58,9 +60,17 @@ def _signals(
     chosen = next((places for places in candidates if found[places.motor].received.size), None)
     if chosen is None:
         raise finder.missing(candidates[0])
+    if selection.link_position and chosen.motor in chosen.links:
+        raise _no_second_encoder(chosen.motor.source)
     raw = _by_role(chosen, found, selection)
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     signals, dropped, origin = signals_of(raw, joint=chosen.joint, factors=factors)
+    if _repeats_motor(signals):
+        if selection.link_position or selection.sensors == "motor+link":
+            raise _no_second_encoder(raw["link_position"].source)
+        text = f"{raw['link_position'].source} repeats the motor position number by number: left out."
+        dropped.append(Notice("link_repeats_motor", text))
+        signals = [signal for signal in signals if signal.role != "link_position"]
     collected = dict.fromkeys([*bag.notices(), *notices, *dropped, *_current_notices(selection, chosen)])
     return chosen.joint, signals, list(collected), origin
 
@@ -70,7 +80,7 @@ def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: Sig
     link = next((found[p] for p in places.links if _range(found[p]) > 0.0), None)
     if link is not None:
         raw["link_position"] = link
-    elif selection.link_position:
+    elif selection.link_position and selection.sensors != "motor":
         still = found[places.links[0]]
         what = "does not move" if still.received.size else "is not in the recording"
         raise SignalError(
@@ -99,13 +109,39 @@ def _current_notices(selection: SignalSelection, places: SignalPlaces) -> list[N
     return [Notice("effort_not_si", text)]
 
 
-def _check_signals(signals: list[Signal], joint: str) -> None:
+def _no_second_encoder(source: str) -> SignalError:
+    return SignalError(
+        f"link position {source} is the motor position itself: name a second encoder's with --link-position, or take "
+        "--sensors motor."
+    )
+
+
+def _repeats_motor(signals: list[Signal]) -> bool:
+    """Whether the link's position is the motor's, number by number, over the gear or not: no second encoder."""
+    by_role = {s.role: s for s in signals}
+    motor, link = by_role["motor_position"], by_role.get("link_position")
+    if link is None:
+        return False
+    tolerance = SAME * float(np.ptp(motor.values))
+    if motor.values.size == link.values.size and np.allclose(motor.values, link.values, rtol=0.0, atol=tolerance):
+        return True
+    inside = (link.time >= motor.time[0]) & (link.time <= motor.time[-1])
+    there = np.interp(link.time[inside], motor.time, motor.values)
+    return bool(inside.any()) and np.allclose(there, link.values[inside], rtol=0.0, atol=tolerance)
+
+
+def _check_signals(signals: list[Signal], joint: str, *, named: bool) -> None:
+    """Raises ExcitationError without motion, SignalError without effort; `named` by the user: another is to be."""
     by_role = {s.role: s for s in signals}
     motor, torque = by_role["motor_position"], by_role["motor_torque"]
     moved = float(np.ptp(motor.values))
     if moved < STILL:
         raise ExcitationError(f"joint {joint} does not move: its position spans {moved:.2g} rad. Record it in motion.")
-    if not torque.values.any():
-        raise SignalError(f"{torque.source} is zero throughout: name the effort's signal with --effort.")
     if float(np.ptp(torque.values)) == 0.0:
-        raise SignalError(f"{torque.source} is constant at {torque.values[0]:.4g}: name the effort with --effort.")
+        what = "zero throughout" if not torque.values.any() else f"constant at {torque.values[0]:.4g}"
+        how = (
+            "it is what --effort names: name another signal, or record again while the drive reports its effort."
+            if named
+            else "name the effort's signal with --effort."
+        )
+        raise SignalError(f"{torque.source} is {what}: {how}")

@@ -142,7 +142,8 @@ class Bag:
         counts: dict[str, int] = {}
         for part in self._parts:
             for topic in part.topics():
-                counts[topic.name] = counts.get(topic.name, 0) + (topic.count or 0)
+                if topic.count is not None:
+                    counts[topic.name] = counts.get(topic.name, 0) + topic.count
         return counts
 
     def _unpacked(self, block: Block) -> Block:

@@ -10,14 +10,22 @@ import numpy as np
 
 from flex_ident.bags import JointMotion, SignalSelection, joint_motions, read_recording
 from flex_ident.bags.messages import Topic
-from flex_ident.bags.motions import STILL
+from flex_ident.bags.motions import STILL, moving_joint
 from flex_ident.bags.storage import Bag
-from flex_ident.errors import ExcitationError, FlexIdentError
+from flex_ident.errors import DataError, ExcitationError, FlexIdentError
+from flex_ident.estimation.estimate import fit_problem
 from flex_ident.filtering.design import filter_design
-from flex_ident.recording import Notice, Recording, Sampling
+from flex_ident.recording import Notice, Recording, Sampling, extent_text, more_needed
+from flex_ident.recording.magnitudes import NOT_SI
+from flex_ident.recording.recording import SHORT_S, SLOW_HZ
+from flex_ident.report.table import percent_text
 
-SHORT_S = 10.0
-"""Length of motion, s, below which error bars grow wide."""
+LEAST_S = 2.0
+"""Length of motion, s, below which there is nothing to fit."""
+HIGHEST_MODE = 0.1
+"""Frequency of a mode over the sampling rate up to which its resonance is seen well."""
+MUCH_PERCENT = 5.0
+"""Share of messages, lost or dropped, that is worth a word."""
 
 
 def checked_bag(path: Path, selection: SignalSelection) -> str:
@@ -33,19 +41,51 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
     with Bag(path) as bag:
         topics, files, damage = bag.topics(), len(bag.files), bag.damage()
     motions = joint_motions(path)
-    parts = [_contents(path, files, topics, damage), _motions_text(motions)]
+    parts = [_contents(path, files, _counted(topics, motions), damage), _motions_text(motions)]
     joints = _joints(selection, motions)
     errors: list[FlexIdentError] = []
     if not joints:
-        errors.append(ExcitationError("no joint moved: record while a joint follows a chirp."))
+        errors.append(_why_none(motions))
         parts.append(f"cannot be identified: {errors[-1]}")
     for joint in joints:
         try:
-            parts.append(_recording_text(read_recording(path, replace(selection, joint=joint))))
+            recording = read_recording(path, replace(selection, joint=joint))
+            parts.append(_recording_text(recording))
+            obstacle = _obstacle(recording)
+            if obstacle is not None:
+                errors.append(obstacle)
+                parts[-1] += f"\n  cannot be identified: {obstacle}"
         except FlexIdentError as error:
             errors.append(error)
             parts.append(f"joint {joint or '?'} cannot be identified: {error}")
     return "\n\n".join(part for part in parts if part), errors[0] if len(errors) >= max(1, len(joints)) else None
+
+
+def _why_none(motions: Sequence[JointMotion]) -> FlexIdentError:
+    """Why no joint of the bag can be identified: none moved, or what was recorded does not tell."""
+    try:
+        moving_joint(motions)
+    except FlexIdentError as error:
+        return error
+    return ExcitationError("no joint moved: record while a joint follows a chirp.")
+
+
+def _counted(topics: Sequence[Topic], motions: Sequence[JointMotion]) -> list[Topic]:
+    """Topics with the messages that were met, where the bag, cut or unfinished, does not say how many it holds."""
+    met = {m.topic: max(o.messages for o in motions if o.topic == m.topic) for m in motions}
+    return [replace(t, count=met.get(t.name)) if t.count is None else t for t in topics]
+
+
+def _obstacle(recording: Recording) -> DataError | None:
+    """What keeps an identification from starting: too few samples that say anything; None where nothing does."""
+    if recording.time.size < LEAST_S * recording.sample_rate_hz:
+        size, rate = recording.time.size, recording.sample_rate_hz
+        return ExcitationError(f"{extent_text(size, rate)} are too short: {more_needed(size, rate)}")
+    try:
+        fit_problem(recording, sensors="motor" if recording.link_position is None else "motor+link")
+    except DataError as error:
+        return error
+    return None
 
 
 def _joints(selection: SignalSelection, motions: Sequence[JointMotion]) -> list[str | None]:
@@ -59,11 +99,15 @@ def _joints(selection: SignalSelection, motions: Sequence[JointMotion]) -> list[
 
 def _contents(path: Path, files: int, topics: Sequence[Topic], damage: Sequence[Notice]) -> str:
     rows = [
-        (topic.name, topic.message_type, "" if topic.count is None else f"{topic.count} messages")
+        (topic.name, topic.message_type, "" if topic.count is None else _messages(topic.count))
         for topic in sorted(topics, key=lambda t: t.name)
     ]
     lines = [f"{path}: {files} file{'s' if files > 1 else ''}", *_table(rows)]
     return "\n".join([*lines, *(f"  damage: {notice.message}" for notice in damage)])
+
+
+def _messages(count: int) -> str:
+    return f"{count} message{'' if count == 1 else 's'}"
 
 
 def _motions_text(motions: Sequence[JointMotion]) -> str:
@@ -73,8 +117,8 @@ def _motions_text(motions: Sequence[JointMotion]) -> str:
         (
             motion.topic,
             motion.name,
-            f"{motion.messages} messages",
-            f"moved {motion.range:.4g}" if motion.range > STILL else "held",
+            _messages(motion.messages),
+            f"moved {motion.range:.4g}" if motion.range > STILL else "held" if motion.has_position else "no position",
             f"effort up to {motion.largest_effort:.4g}" if motion.largest_effort else "no effort",
             "link side" if motion.link else "",
         )
@@ -104,8 +148,8 @@ def _sampling_row(sampling: Sampling) -> tuple[str, ...]:
         sampling.source,
         f"{sampling.rate_hz:.2f} Hz",
         "header" if sampling.clock == "header" else "reception",
-        f"{sampling.jitter_percent:.2g} %",
-        f"{sampling.lost_percent:.2g} %",
+        percent_text(sampling.jitter_percent),
+        percent_text(sampling.lost_percent),
         f"{1e3 * sampling.longest_gap_s:.3g} ms",
         f"{1e3 * sampling.skew_s:.3g} ms",
         ", ".join(f"{count} {what}" for count, what in dropped if count) or "-",
@@ -127,10 +171,40 @@ def _prospects(recording: Recording) -> list[str]:
         f"{'with a' if both else 'no'} link position: the model of {'both positions' if both else 'the motor alone'}; "
         f"--method paper for a first mode below {highest:.3g} Hz (eq. 29)"
     )
-    if seconds < SHORT_S:
-        lines.append(f"short: {seconds:.3g} s of motion; {SHORT_S:.0f} s or more give narrower error bars")
-    lines.append("can be identified, when the chirp crosses the joint's first mode")
+    doubts = _doubts(recording)
+    lines += doubts
+    if _obstacle(recording) is None:
+        lines.append(
+            "can be identified, when the chirp crosses the joint's first mode"
+            if not doubts
+            else f"can be identified only in part: see the {len(doubts)} line{'s' if len(doubts) > 1 else ''} above"
+        )
     return lines
+
+
+def _doubts(recording: Recording) -> list[str]:
+    """What speaks against a good identification: too short, too slow, too much lost."""
+    rate, seconds = recording.sample_rate_hz, recording.motor_position.size / recording.sample_rate_hz
+    found = []
+    if seconds < SHORT_S:
+        found.append(f"short: {seconds:.3g} s of motion; {SHORT_S:.0f} s or more give narrower error bars")
+    if rate < SLOW_HZ:
+        found.append(
+            f"slow: {rate:.4g} Hz shows modes below {HIGHEST_MODE * rate:.2g} Hz only; {SLOW_HZ:.0f} Hz or more do well"
+        )
+    for sampling in recording.sampling:
+        dropped = sampling.dropped_duplicates + sampling.dropped_backwards + sampling.dropped_nonfinite
+        share = 100.0 * dropped / (sampling.samples + dropped)
+        name = sampling.role.replace("_", " ")
+        if sampling.role != "reference" and share > MUCH_PERCENT:
+            found.append(f"{percent_text(share)} of the messages of the {name} were dropped")
+        if sampling.role != "reference" and sampling.lost_percent > MUCH_PERCENT:
+            found.append(f"{percent_text(sampling.lost_percent)} of the {name} were lost on the way to the bag")
+    if any(notice.code == "bag_damaged" for notice in recording.notices):
+        found.append("part of the bag is lost, by the warning below")
+    if any(notice.code in NOT_SI for notice in recording.notices):
+        found.append("not in SI units, by the warning below: no result will be trusted")
+    return found
 
 
 def _band_hz(recording: Recording) -> tuple[float, float]:

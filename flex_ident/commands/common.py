@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from flex_ident import __version__
-from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Setting, Value
+from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, Setting, Value
 from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
+
+if TYPE_CHECKING:
+    from flex_ident.recording import Recording
 
 REJECTED = 4
 """Exit status of a result that must not be trusted."""
@@ -48,8 +52,15 @@ def exit_status(prog: str, body: Callable[[], int]) -> int:
         print(f"{prog}: stopped; nothing was written.", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence_stdout()
         return 0
+    except OSError as error:
+        # Files that commands read and write are checked where they are; what is left is standard output, or a disk
+        # that fills up meanwhile.
+        what = error.filename or "the output"
+        print(f"{prog}: {what} cannot be read or written ({error.strerror or one_line(error)}).", file=sys.stderr)
+        _silence_stdout()
+        return 2
     except MemoryError:
         print(f"{prog}: not enough memory for this recording.", file=sys.stderr)
         return 3
@@ -60,6 +71,12 @@ def exit_status(prog: str, body: Callable[[], int]) -> int:
         print(f"{prog}: internal error ({kind}: {one_line(error)}): please report it; FLEX_IDENT_DEBUG=1 shows where.",
               file=sys.stderr)  # fmt: skip
         return 3
+
+
+def _silence_stdout() -> None:
+    """Lead standard output into nothing, or the interpreter complains when it closes it."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def one_line(error: BaseException) -> str:
@@ -93,7 +110,7 @@ def given_settings(
     if arguments.config is not None:
         from flex_ident.configuration import read_settings
 
-        values.update(read_settings(arguments.config, settings, node=node, others=NODE_KEYS))
+        values.update(read_settings(arguments.config, settings, node=node, others=KNOWN_KEYS))
     for s in settings:
         text = getattr(arguments, s.key)
         if text is not None:
@@ -101,10 +118,28 @@ def given_settings(
     return values
 
 
-NODE_KEYS = (
-    "bag", "bag_directories", "output_directory", "method", "without", "effects", "add", "simulated", "use_sim_time",
+KNOWN_KEYS = (
+    "bag", "bag_directories", "output_directory", "use_sim_time", *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS)),
 )  # fmt: skip
-"""Keys of the identifier node that a shared file may hold."""
+"""Keys that a file shared with the identifier node and other commands may hold."""
+
+
+def seed_number(text: str) -> int:
+    """A seed from the command line. Raises ArgumentTypeError."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 0 on")
+    return int(text)
+
+
+def finite_number(text: str) -> float:
+    """A finite number from the command line. Raises ArgumentTypeError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a finite number")
+    return value
 
 
 def _from_command_line(setting: Setting, text: Any) -> Value:
@@ -130,6 +165,15 @@ def output_folder(values: Mapping[str, Value], bag: Path, joint: str, *, many: b
     for suffix in (".zstd", ".mcap", ".db3", ".bag"):
         stem = stem.removesuffix(suffix)
     return Path("flex_ident_results") / f"{stem}_{name}"
+
+
+def say_what_was_read(recording: Recording) -> None:
+    """Print which signals were taken and how each was sampled."""
+    from flex_ident.report.table import percent_text
+
+    for s in recording.sampling:
+        print(f"{s.role.replace('_', ' ')}: {s.source} ({s.samples} samples at {s.rate_hz:.2f} Hz, "
+              f"{s.clock} stamps, jitter {s.jitter_percent:.1f} %, {percent_text(s.lost_percent)} lost)")  # fmt: skip
 
 
 @contextmanager

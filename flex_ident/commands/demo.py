@@ -12,13 +12,15 @@ from flex_ident.commands.truth import HEADER, truth_rows_text
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Value
 from flex_ident.errors import DataError
 from flex_ident.report.table import result_text, text_table
+from flex_ident.report.writing import made_folder
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
 
 Say = Callable[[str], None]
 
 
 def demonstrated(folder: Path, *, seed: int, live: bool, quiet: bool) -> int:
-    """Run the demo and print truth beside estimate; returns the exit status. Raises DataError."""
+    """Run the demo and print truth beside estimate; returns the exit status. Raises DataError and UsageError."""
+    made_folder(folder)
     say: Say = (lambda _text: None) if quiet else (lambda text: print(text, flush=True))
     if live:
         if importlib.util.find_spec("rclpy") is None:

@@ -7,23 +7,36 @@ from pathlib import Path
 
 import numpy as np
 
+from flex_ident.errors import UsageError
 from flex_ident.filtering.design import FilterDesign, difference_magnitude, filter_design, lowpass_magnitude
+
+RATE_SHARE = 0.999
+"""Share of the rate of eq. 29 from which a rate is that rate, rounded."""
 
 
 def design_text(design: FilterDesign) -> str:
     """The design in words and numbers, one item a line."""
-    return "\n".join(
-        [
-            f"first mode              {design.first_mode_hz:.4g} Hz",
-            f"highest derivative      {design.derivative_order}",
-            f"filter order (one pass) {design.order}",
-            f"bandwidth               {design.bandwidth_rad_s:.2f} rad/s",
-            f"Butterworth cutoff      {design.cutoff_rad_s:.2f} rad/s (eq. 28)",
-            f"sampling rate needed    {design.required_rate_hz:.1f} Hz (eq. 29)",
-            f"sampling rate           {design.sample_rate_hz:.2f} Hz",
-            f"decimation              {design.decimation}, cutoff {design.decimation_cutoff_hz:.2f} Hz",
-        ]
-    )
+    lines = [
+        f"first mode              {design.first_mode_hz:.4g} Hz",
+        f"highest derivative      {design.derivative_order}",
+        f"filter order (one pass) {design.order}",
+        f"bandwidth               {design.bandwidth_rad_s:.2f} rad/s",
+        f"Butterworth cutoff      {design.cutoff_rad_s:.2f} rad/s (eq. 28)",
+        f"sampling rate needed    {design.required_rate_hz:.1f} Hz (eq. 29)",
+        f"sampling rate           {design.sample_rate_hz:.2f} Hz",
+        f"decimation              {design.decimation}, cutoff {design.decimation_cutoff_hz:.2f} Hz",
+    ]
+    if design.sample_rate_hz < RATE_SHARE * design.required_rate_hz:
+        lines.append(
+            f"warning: {design.sample_rate_hz:.4g} Hz is below the {design.required_rate_hz:.4g} Hz of eq. 29: central "
+            "differences distort the derivatives inside the band. Record faster."
+        )
+    bandwidth_hz = design.bandwidth_rad_s / (2.0 * math.pi)
+    if design.sample_rate_hz <= 2.0 * bandwidth_hz:
+        lines.append(
+            f"warning: the bandwidth, {bandwidth_hz:.4g} Hz, lies above half that rate: no such filter exists."
+        )
+    return "\n".join(lines)
 
 
 def draw_figure_1(design: FilterDesign, path: Path) -> None:
@@ -68,6 +81,11 @@ def design_filter(
         edge_gain=edge_gain, ratio=ratio, decimation=decimation,
     )  # fmt: skip
     if figure is not None:
-        figure.parent.mkdir(parents=True, exist_ok=True)
-        draw_figure_1(design, figure)
+        try:
+            figure.parent.mkdir(parents=True, exist_ok=True)
+            draw_figure_1(design, figure)
+        except OSError as error:
+            raise UsageError(f"--figure {figure}: cannot be written ({error.strerror}).") from error
+        except ValueError as error:
+            raise UsageError(f"--figure {figure}: {error}.") from error
     return design_text(design)

@@ -8,10 +8,25 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from flex_ident.commands.common import add_settings, command_parser, exit_status, given_settings
+from flex_ident.commands.common import (
+    add_settings,
+    command_parser,
+    exit_status,
+    finite_number,
+    given_settings,
+    seed_number,
+)
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
 
 PROG = "flex_ident"
+SIGNAL_SETTINGS = tuple(
+    s
+    for s in IDENTIFY_SETTINGS
+    if s.key
+    in ("joint", "motor_position", "link_position", "effort", "reference", "effort_scale", "gear_ratio", "sensors")
+)
+"""What says where the signals of a joint are."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,8 +50,11 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _demo(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", type=Path, default=Path("flex_ident_results") / "demo", metavar="DIR")
-    parser.add_argument("--seed", type=int, default=0, metavar="N")
+    parser.add_argument(
+        "--out", type=Path, default=Path("flex_ident_results") / "demo", metavar="DIR",
+        help="where recording and report go; default ./flex_ident_results/demo",
+    )  # fmt: skip
+    parser.add_argument("--seed", type=seed_number, default=0, metavar="N", help="of the sensors' noise; default 0")
     parser.add_argument("--without-ros", action="store_true", help="generate the recording instead of live nodes")
     parser.add_argument("--quiet", action="store_true", help="print only truth beside estimate")
 
@@ -49,13 +67,27 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 
 
 def _design_filter(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--first-mode", type=float, required=True, metavar="HZ")
-    parser.add_argument("--derivatives", type=int, default=2, choices=(2, 4), help="2: eq. 13, 4: eq. 18")
+    parser.add_argument(
+        "--first-mode", type=finite_number, required=True, metavar="HZ", help="the first natural frequency of the joint"
+    )
+    parser.add_argument(
+        "--derivatives", type=int, default=2, choices=(2, 4), help="highest derivative; 2: eq. 13, 4: eq. 18"
+    )
     parser.add_argument("--order", type=int, metavar="M", help="Butterworth order of one pass; default 4 or 6")
-    parser.add_argument("--sample-rate", type=float, metavar="HZ", help="of the recording; default: that of eq. 29")
-    parser.add_argument("--edge-gain", type=float, default=math.sqrt(0.5), metavar="A_C")
-    parser.add_argument("--ratio", type=float, default=1.0, metavar="R_C")
-    parser.add_argument("--decimation", type=int, metavar="N")
+    parser.add_argument(
+        "--sample-rate", type=finite_number, metavar="HZ", help="of the recording; default: that of eq. 29"
+    )
+    parser.add_argument(
+        "--edge-gain", type=finite_number, default=math.sqrt(0.5), metavar="A_C",
+        help="what is left of the signal at the edge of the bandwidth (eq. 27); default 0.707, -3 dB",
+    )  # fmt: skip
+    parser.add_argument(
+        "--ratio", type=finite_number, default=1.0, metavar="R_C",
+        help="the low-pass' share of the distortion there over that of the differences; default 1",
+    )  # fmt: skip
+    parser.add_argument(
+        "--decimation", type=int, metavar="N", help="keep every N-th sample; default: as in section 4 of the paper"
+    )
     parser.add_argument("--figure", type=Path, metavar="PNG", help="draw Figure 1")
 
     def run(given: argparse.Namespace) -> int:
@@ -72,8 +104,11 @@ def _design_filter(parser: argparse.ArgumentParser) -> None:
 
 
 def _reproduce_paper(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", type=Path, default=Path("flex_ident_results") / "paper", metavar="DIR")
-    parser.add_argument("--seed", type=int, default=0, metavar="N")
+    parser.add_argument(
+        "--out", type=Path, default=Path("flex_ident_results") / "paper", metavar="DIR",
+        help="where the figures go; default ./flex_ident_results/paper",
+    )  # fmt: skip
+    parser.add_argument("--seed", type=seed_number, default=0, metavar="N", help="of the sensors' noise; default 0")
 
     def run(given: argparse.Namespace) -> int:
         from flex_ident.commands.reproduce_paper import reproduced_paper
@@ -85,14 +120,14 @@ def _reproduce_paper(parser: argparse.ArgumentParser) -> None:
 
 
 def _check_bag(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("bag", type=Path, metavar="BAG")
-    add_settings(parser)
+    parser.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag")
+    add_settings(parser, SIGNAL_SETTINGS)
 
     def run(given: argparse.Namespace) -> int:
         from flex_ident.commands.check_bag import bag_check
         from flex_ident.commands.options import signal_selection
 
-        text, error = bag_check(given.bag, signal_selection(given_settings(given)))
+        text, error = bag_check(given.bag, signal_selection(given_settings(given, SIGNAL_SETTINGS)))
         print(text)
         if error is not None:
             raise error
@@ -119,7 +154,7 @@ def _export(parser: argparse.ArgumentParser) -> None:
     from flex_ident.commands.formats import FORMATS
 
     parser.add_argument("result", type=Path, metavar="RESULT", help="result.json or its folder")
-    parser.add_argument("--to", required=True, choices=FORMATS)
+    parser.add_argument("--to", required=True, choices=FORMATS, help="the format")
     parser.add_argument("--out", type=Path, metavar="FILE", help="default: standard output")
 
     def run(given: argparse.Namespace) -> int:

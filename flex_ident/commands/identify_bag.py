@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from flex_ident.commands.common import (
     REJECTED,
@@ -14,10 +15,13 @@ from flex_ident.commands.common import (
     command_parser,
     exit_status,
     given_settings,
+    one_line,
     output_folder,
+    say_what_was_read,
     stage_bars,
 )
 from flex_ident.configuration.settings import Value
+from flex_ident.errors import DataError, ExcitationError
 
 PROG = "identify_bag"
 
@@ -35,55 +39,56 @@ def _run(arguments: Sequence[str] | None) -> int:
     given = parser.parse_args(arguments)
     values = given_settings(given)
     bag: Path = given.bag
-    joints = _joints(bag, str(values["joint"]))
+    every = values["joint"] == "all"
     quiet = bool(given.quiet or given.json)
     status = 0
+    contents: list[dict[str, Any]] = []
+    joints = _joints(bag) if every else [str(values["joint"])]
     for joint in joints:
         own = {**values, "joint": joint}
-        status = max(
-            status,
-            _identified(bag, own, quiet=quiet, plots=not given.no_plots, as_json=given.json, many=len(joints) > 1),
-        )
+        try:
+            content = _identified(bag, own, quiet=quiet, plots=not given.no_plots, many=len(joints) > 1)
+        except DataError as error:
+            if not every:
+                raise
+            print(f"{PROG}: joint {joint}: {one_line(error)}", file=sys.stderr)
+            status = max(status, error.exit_status)
+            continue
+        contents.append(content)
+        status = max(status, REJECTED if content["verdict"] == "rejected" else 0)
+    if given.json:
+        json.dump(contents if every else contents[0], sys.stdout, allow_nan=False)
+        print()
     return status
 
 
-def _joints(bag: Path, joint: str) -> list[str]:
-    if joint != "all":
-        return [joint]
+def _joints(bag: Path) -> list[str]:
+    """Every joint that moves. Raises BagError and ExcitationError."""
     from flex_ident.bags.reading import STILL, joint_motions
-    from flex_ident.errors import ExcitationError
 
     names = [m.name for m in joint_motions(bag) if not m.link and m.range > STILL]
     if not names:
         raise ExcitationError(f"{bag}: no joint moved. Record while a joint follows a chirp.")
-    return names
+    return list(dict.fromkeys(names))
 
 
-def _identified(bag: Path, values: Mapping[str, Value], *, quiet: bool, plots: bool, as_json: bool, many: bool) -> int:
+def _identified(bag: Path, values: Mapping[str, Value], *, quiet: bool, plots: bool, many: bool) -> dict[str, Any]:
+    """The content of one joint's `result.json`, after it was written and told."""
     from flex_ident.commands.jobs import finished_identification
-    from flex_ident.recording import Recording
     from flex_ident.report.table import result_text
     from flex_ident.report.writing import made_folder
 
     if values["out"]:
         made_folder(Path(str(values["out"])).expanduser())
 
-    def say_what_was_read(recording: Recording) -> None:
-        for s in recording.sampling if not quiet else ():
-            print(f"{s.role.replace('_', ' ')}: {s.source} ({s.samples} samples at {s.rate_hz:.2f} Hz, "
-                  f"{s.clock} stamps, jitter {s.jitter_percent:.1f} %, {s.lost_percent:.2g} % lost)")  # fmt: skip
-
     with stage_bars(shown=not quiet) as progress:
         done = finished_identification(
             bag, values, lambda joint: output_folder(values, bag, joint, many=many),
-            plots=plots, progress=progress, read=say_what_was_read,
+            plots=plots, progress=progress, read=say_what_was_read if not quiet else lambda _recording: None,
         )  # fmt: skip
-    if as_json:
-        json.dump(done.content, sys.stdout, allow_nan=False)
-        print()
-    elif not quiet:
+    if not quiet:
         print(f"\n{result_text(done.result)}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
-    return REJECTED if done.result.verdict == "rejected" else 0
+    return done.content
 
 
 if __name__ == "__main__":

@@ -47,7 +47,9 @@ def finished_identification(
     selection, options = signal_selection(values), identify_options(values)
     recording = read_recording(bag, selection, progress=lambda x: progress("reading", x))
     read(recording)
-    result = identify(recording, options, progress=lambda x: progress("identifying", x))
+    result = identify(
+        recording, options, prismatic=bool(values["prismatic"]), progress=lambda x: progress("identifying", x)
+    )
     if values["prismatic"]:
         result = prismatic(result)
     progress("writing", 0.0)

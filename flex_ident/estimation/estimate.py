@@ -16,6 +16,7 @@ from flex_ident.estimation.start import scanned_start
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS
 from flex_ident.recording import Recording
+from flex_ident.regression.verdict import REVERSED
 
 Progress = Callable[[float], None]
 VALIDATION_BLOCK_S = 1.0
@@ -50,7 +51,7 @@ def rigid_start(problem: FitProblem, keys: Sequence[str]) -> dict[str, float]:
     solution, *_ = np.linalg.lstsq(columns / scale, problem.torque[problem.usable], rcond=1e-8)
     values = dict(zip(keys, map(float, solution / scale), strict=True))
     if values.get("J", 1.0) <= 0.0:
-        raise ExcitationError("the inertia comes out negative: torque and position do not belong together (sign?).")
+        raise ExcitationError(f"the inertia comes out negative: {REVERSED}")
     return {k: max(v, 0.0) if k in ("FV", "FS") else v for k, v in values.items()}
 
 
@@ -87,11 +88,16 @@ def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: f
 def refined(
     solver: SimulationFit, keys: Sequence[str], start: Mapping[str, float], *, progress: Progress | None = None
 ) -> Fit:
-    """The fit over `keys`: three rounds, the whitening filter taken anew from the residual before each."""
+    """The fit over `keys`: three rounds, the whitening filter taken anew from the residual before each.
+
+    Raises ExcitationError when the simulation runs away.
+    """
     values: Mapping[str, float] = start
     rounds = ((12, 1e-3), (12, 1e-5), (25, 1e-9))
     fit: Fit | None = None
     for i, (iterations, tolerance) in enumerate(rounds):
+        if not all(np.isfinite(r).all() for r in solver.problem.residuals(values)):
+            raise ExcitationError("no spring in the excited band explains the torque: the simulated link runs away.")
         fit = solver.solve(keys, values, solver.whitenings(values), iterations=iterations, tolerance=tolerance)
         values = fit.values
         if progress is not None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.effects import effect_named
-from flex_ident.errors import SignalError
+from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
 from flex_ident.estimation.options import IdentifyOptions
@@ -29,6 +29,7 @@ from flex_ident.parameters import (
     TorqueCurves,
 )
 from flex_ident.recording import Floats, Notice, Recording
+from flex_ident.recording.magnitudes import NOT_SI
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
@@ -38,6 +39,10 @@ SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}
 SYSTEMATIC_FRICTION = 5e-3
 """Relative standard deviation of what the method itself gets wrong (reversals rounded by the filter, the drive's torque
 within a sample), found on plants that are not its model (docs/benchmarks.md); joined to every statistical one."""
+GOOD_RIGID = 15.0
+"""Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
+MOST_RIGID = 50.0
+"""Percent from which a rigid joint explains nothing either."""
 MEASUREMENT_UNITS = {"torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2"}
 
 
@@ -54,22 +59,32 @@ def chosen_sensors(recording: Recording, sensors: str) -> Sensors:
 
 
 def identify(
-    recording: Recording, options: IdentifyOptions | None = None, *, progress: Progress | None = None
+    recording: Recording,
+    options: IdentifyOptions | None = None,
+    *,
+    prismatic: bool = False,
+    progress: Progress | None = None,
 ) -> Identification:
     """The joint's parameters by the method asked for. Raises ExcitationError and SignalError.
 
     `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
-    position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares.
+    position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares, without MX and MY
+    where it is `prismatic`. What was not recorded in SI units is not trusted.
     """
-    result = _identified(recording, options or IdentifyOptions(), progress)
-    if result.verdict == "rejected" and result.sensors == "motor+link":
+    result = _identified(recording, options or IdentifyOptions(), prismatic, progress)
+    codes = {notice.code for notice in result.notices}
+    if result.verdict == "trusted" and codes & set(NOT_SI):
+        result = replace(result, verdict="doubtful")
+    if result.verdict == "rejected" and result.sensors == "motor+link" and "effort_reversed" not in codes:
         notice = motor_equation_notice(recording)
         if notice is not None:
             result = replace(result, notices=(notice, *result.notices))
     return result
 
 
-def _identified(recording: Recording, options: IdentifyOptions, progress: Progress | None) -> Identification:
+def _identified(
+    recording: Recording, options: IdentifyOptions, prismatic: bool, progress: Progress | None
+) -> Identification:
     sensors = chosen_sensors(recording, options.sensors)
     if options.method != "auto" or options.rigid:
         return identify_linear(
@@ -78,7 +93,21 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
             method="weighted" if options.method == "auto" else options.method,
             rigid=options.rigid,
             first_mode_hz=options.first_mode_hz,
+            gravity=not prismatic,
         )
+    try:
+        return _simulated(recording, options, sensors, prismatic, progress)
+    except ExcitationError as error:
+        rigid = None if sensors == "motor+link" else rigid_left_percent(recording, prismatic=prismatic)
+        if rigid is None or rigid > GOOD_RIGID:
+            raise
+        raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error
+
+
+def _simulated(
+    recording: Recording, options: IdentifyOptions, sensors: Sensors, prismatic: bool, progress: Progress | None
+) -> Identification:
+    """Maximum likelihood by simulation, rejected where a rigid joint does as well."""
     problem = fit_problem(recording, sensors=sensors, first_mode_hz=options.first_mode_hz)
     keys: tuple[str, ...] = FLEXIBLE_KEYS
     start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
@@ -92,6 +121,13 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
     estimate = estimated(problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x))
     response = first_mode(recording, hint_hz=options.first_mode_hz).response
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
+    rigid = (
+        None
+        if sensors == "motor+link"
+        else rigid_notice(recording, result.fit.relative_error_percent, prismatic=prismatic)
+    )
+    if rigid is not None:
+        result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
     if not options.cutoff_sweep or result.verdict == "rejected":
         return result
     sweep = swept_cutoffs(
@@ -100,6 +136,30 @@ def _identified(recording: Recording, options: IdentifyOptions, progress: Progre
     assert result.filter is not None
     notices = cutoff_notices(sweep, result.parameters, result.filter.cutoff_rad_s)
     return replace(result, cutoff_sweep=sweep, notices=(*result.notices, *notices))
+
+
+def rigid_left_percent(recording: Recording, *, prismatic: bool) -> float | None:
+    """How much of the torque a rigid joint leaves, percent; None where there is no such fit."""
+    try:
+        rigid = identify_linear(recording, sensors="motor", rigid=True, gravity=not prismatic)
+    except DataError:
+        return None
+    return rigid.fit.relative_error_percent if rigid.parameter("J").value > 0.0 else None
+
+
+def rigid_notice(recording: Recording, sprung_percent: float, *, prismatic: bool) -> Notice | None:
+    """That a rigid joint leaves no more of the torque than the spring that was fitted; None where it leaves more.
+
+    Of a motor alone only: with the link's position a spring can be measured that the torque does not show.
+    """
+    left = rigid_left_percent(recording, prismatic=prismatic)
+    if left is None or not left <= min(sprung_percent, MOST_RIGID):
+        return None
+    text = (
+        f"a rigid joint explains it as well ({left:.1f} against {sprung_percent:.1f} % of the torque left): "
+        "use --rigid, or sweep to higher frequencies for the spring."
+    )
+    return Notice("rigid_as_well", text)
 
 
 def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:

@@ -15,6 +15,7 @@ import numpy as np
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.problem import Bools, FitProblem
 from flex_ident.recording import Floats
+from flex_ident.regression.verdict import REVERSED
 from flex_ident.simulation.batch import LANES
 from flex_ident.simulation.response import LinkMotion, direction, link_motions
 from flex_ident.simulation.terms import GRAVITY, Term, no_terms
@@ -24,6 +25,8 @@ DAMPING_RATIOS = (0.02, 0.15)
 POINTS = 28
 LIMITS = np.geomspace(0.04, 1.0, 36)
 """Limits of the torque tried, relative to the largest that was asked for."""
+POOR = 0.25
+"""Share of the torque's energy that a start may leave before the opposite sign is tried."""
 DELAYS_A_PERIOD = 16
 """Delays tried over a period of the end of the band."""
 
@@ -33,7 +36,26 @@ def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None) ->
 
     The scan runs from a hundredth of the band to 1.5 times the band, or within a factor of two of `first_mode_hz`.
     """
-    return _scanned(problem, first_mode_hz, problem.torque[problem.usable][:, None])[1]
+    target = problem.torque[problem.usable][:, None]
+    poor = POOR * float(np.sum(target**2))
+    try:
+        cost, _, values = _best_scanned(problem, first_mode_hz, target, _linear_spring)
+    except ExcitationError:
+        _check_sign(problem, first_mode_hz, target, poor)
+        raise
+    if cost > poor:
+        _check_sign(problem, first_mode_hz, target, 0.5 * poor)
+    return values
+
+
+def _check_sign(problem: FitProblem, first_mode_hz: float | None, target: Floats, limit: float) -> None:
+    """Raises ExcitationError when the torque (m, 1) of opposite sign leaves a sum of squares below `limit`."""
+    try:
+        cost, _, _ = _best_scanned(problem, first_mode_hz, -target, _linear_spring)
+    except ExcitationError:
+        return
+    if cost < limit:
+        raise ExcitationError(REVERSED)
 
 
 def delay_scanned_start(problem: FitProblem) -> tuple[float, dict[str, float]]:
@@ -86,7 +108,12 @@ def spring_scanned_start(
 
 def _scanned(problem: FitProblem, first_mode_hz: float | None, targets: Floats) -> tuple[int, dict[str, float]]:
     """Which of the torques (m, d) fits best, and the values with it."""
-    return _best_scanned(problem, first_mode_hz, targets, lambda _square: {})[1:]
+    return _best_scanned(problem, first_mode_hz, targets, _linear_spring)[1:]
+
+
+def _linear_spring(_square: float) -> Shape:
+    """The shape that adds nothing to a spring."""
+    return {}
 
 
 def _best_scanned(

@@ -11,25 +11,24 @@ import numpy as np
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.parameters import Parameter, Verdict
 from flex_ident.recording import Notice
+from flex_ident.regression.verdict import EXPERIMENTS, known_only, not_determined
+
+__all__ = [
+    "ESSENTIAL",
+    "EXPERIMENTS",
+    "SIGNALS",
+    "Evidence",
+    "identifiability_notices",
+    "is_identifiable",
+    "judged",
+    "torque_per_std",
+]  # fmt: skip
 
 RELATIVE_LIMIT = 0.3
 """A parameter less certain than this, relative to itself, is identifiable only if small in effect."""
 EFFECT_LIMIT = 0.01
 """Share of the torque's rms that an uncertainty may move for a parameter near zero to count as known."""
 
-EXPERIMENTS: dict[str, str] = {
-    "K": "sweep through the resonance with a larger amplitude, with a payload, or read a link encoder",
-    "JL": "sweep through the resonance, with a payload",
-    "Jm": "sweep to higher frequencies",
-    "J": "move with larger accelerations",
-    "FVm": "move at higher speed",
-    "FV": "move at higher speed, or read a link encoder",
-    "FSm": "add slow motion over a large range (chirp.profile: rich)",
-    "FS": "add slow motion over a large range (chirp.profile: rich), or read a link encoder",
-    "MX": "repeat at another start position, or move over a larger range (chirp.profile: rich)",
-    "MY": "repeat at another start position, or move over a larger range (chirp.profile: rich)",
-    "offset": "move over a larger range (chirp.profile: rich), so that gravity and offset differ",
-}
 ESSENTIAL = ("Jm", "K", "JL", "J")
 SIGNALS = {"torque_delay": "torque", "link_skew": "link position"}
 
@@ -68,9 +67,7 @@ def identifiability_notices(parameters: tuple[Parameter, ...]) -> list[Notice]:
     notices = []
     for p in parameters:
         if not p.identifiable:
-            how = EXPERIMENTS.get(p.key, "a wider sweep, a larger amplitude or a payload")
-            known = f"± {p.std:.2g} {p.unit}" if math.isfinite(p.std) else "not at all"
-            notices.append(Notice("not_identifiable", f"{p.key} is not determined by this recording ({known}): {how}."))
+            notices.append(Notice("not_identifiable", not_determined(p)))
     return notices
 
 
@@ -109,12 +106,15 @@ def _weak_parameters(evidence: Evidence) -> Iterator[Objection]:
         if not p.identifiable:
             yield "rejected", None  # identifiability_notices says it
         elif p.relative_std_percent > 5.0:
-            text = f"{p.key} is known to {p.relative_std_percent:.0f} % only: {EXPERIMENTS[p.key]}."
-            yield "doubtful", Notice("low_excitation", text)
+            yield "doubtful", Notice("low_excitation", known_only(p))
 
 
 def _poor_reproduction(evidence: Evidence) -> Iterator[Objection]:
     error, unseen = evidence.error_percent, evidence.validation_percent
+    if not math.isfinite(unseen):
+        text = "too short to keep a part that the fit does not see: record at least ten seconds of motion."
+        yield "rejected", Notice("validation_gap", text)
+        unseen = error
     worst = max(error, unseen)
     if worst > 15.0:
         text = f"the model leaves {worst:.0f} % of the torque unexplained: run explain_gap to see what is missing."

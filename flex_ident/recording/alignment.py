@@ -9,7 +9,7 @@ import numpy as np
 from flex_ident.errors import ExcitationError
 from flex_ident.recording.instants import evened, grid_index, period_of
 from flex_ident.recording.magnitudes import magnitude_notices
-from flex_ident.recording.recording import Floats, Notice, Recording, Role, Sampling, Signal
+from flex_ident.recording.recording import Floats, Notice, Recording, Role, Sampling, Signal, extent_text, more_needed
 from flex_ident.recording.resampling import GAP_PERIODS, UNIFORM, on_clock
 
 FEWEST = 64
@@ -123,7 +123,8 @@ def aligned_recording(
     clock = _clock(times["motor_position"], start, stop, period)
     if clock.size < FEWEST:
         raise ExcitationError(
-            f"joint {joint}: {clock.size} samples in which all signals overlap: record at least ten seconds of motion."
+            f"joint {joint}: {extent_text(clock.size, 1.0 / period)} in which all signals overlap: "
+            f"{more_needed(clock.size, 1.0 / period)}"
         )
     collected = [*(notices or []), *paused]
     measured = np.ones(clock.size, bool)

@@ -14,6 +14,8 @@ from flex_ident.recording.recording import Floats, Notice, Role, Signal
 JUMP_PERIODS = 20.0
 """Periods from which time that goes back is a clock that was set, and not a sample out of order."""
 NEIGHBOURS = 5
+FEW_DUPLICATES = 0.01
+"""Share of messages that may repeat a stamp, as when a publisher sends one again, without a word."""
 LARGEST = 1e12
 """Magnitude of a value or time, SI, from which it is damage and no measurement."""
 
@@ -50,8 +52,9 @@ def cleaned_signal(
         if jumps.size:
             kept = stretch.stop - stretch.start
             backwards += time.size - kept
+            often = "once" if jumps.size == 1 else f"{jumps.size} times"
             text = (
-                f"time of {source.partition(':')[0]} jumps back {jumps.size} times, by {jumps.max():.3g} s at most: "
+                f"time of {source.partition(':')[0]} jumps back {often}, by {jumps.max():.3g} s at most: "
                 f"the longest stretch of {kept} samples was kept, {time.size - kept} were dropped."
             )
             notices.append(Notice("time_jumped_back", text))
@@ -60,8 +63,16 @@ def cleaned_signal(
     keep[1:] = time[1:] > np.maximum.accumulate(time)[:-1]
     duplicates = int(np.count_nonzero(np.diff(time) == 0))
     backwards += max(0, int(np.count_nonzero(~keep)) - duplicates)
+    if time.size > 1 and duplicates > FEW_DUPLICATES * total and keep.sum() > 1:
+        text = (
+            f"{duplicates} of {total} messages of {source.partition(':')[0]} repeat the stamp before them: one of each "
+            "was kept, which lowers the rate. Stamp each message when it is measured."
+        )
+        notices.append(Notice("duplicate_stamps", text))
     if not keep.all():
         time, values = time[keep], values[keep]
+    if total == 1:
+        raise SignalError(f"{source} holds one message: record at least ten seconds of motion.")
     if time.size < 2:
         raise SignalError(f"time of {source} does not advance over {total} messages: is its clock set?")
     return Signal(role, source, clock, time, values, nonfinite, duplicates, backwards), notices

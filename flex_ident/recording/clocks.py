@@ -15,6 +15,8 @@ from flex_ident.recording.recording import Floats, Notice, Role, Signal
 
 OTHER_CLOCK = 1_000_000_000
 """Difference in latency, ns, from which two headers are stamped by different clocks."""
+INCREASING = 0.5
+"""Share of steps that must be positive for stamps to be a clock."""
 UNSTAMPED = 0.01
 """Share of messages that may lack a stamp before stamps are given up."""
 
@@ -34,9 +36,19 @@ class RawSignal:
 
 def usable_stamps(stamps: NDArray[np.int64]) -> bool:
     """Whether header stamps (k,), ns, can serve as the clock: set, and mostly increasing."""
-    if stamps.size < 2 or np.count_nonzero(stamps == 0) > UNSTAMPED * stamps.size:
-        return False
-    return float(np.mean(np.diff(stamps) > 0)) > 0.5
+    return stamps.size > 1 and not complaint_of(stamps)
+
+
+def complaint_of(stamps: NDArray[np.int64]) -> str:
+    """Why header stamps (k,), ns, cannot serve as the clock, as in 'stamps are not set'; empty where they can."""
+    if np.count_nonzero(stamps == 0) > UNSTAMPED * stamps.size:
+        return "are not set"
+    steps = np.diff(stamps)
+    if float(np.mean(steps > 0)) > INCREASING:
+        return ""
+    if np.count_nonzero(steps < 0) > np.count_nonzero(steps == 0):
+        return "decrease"
+    return "repeat from message to message" if (steps > 0).any() else "stand still"
 
 
 def signals_of(
@@ -80,7 +92,8 @@ def signals_of(
         signal, dropped = cleaned_signal(role, own.source, clock, time, values)
         signals.append(signal)
         notices += dropped
-    notices += _clock_notices([s for s in signals if s.role != "reference"], joint, latency)
+    why = complaint_of(motor.stamps) if motor.stamps.size > 1 else "are not set"
+    notices += _clock_notices([s for s in signals if s.role != "reference"], joint, latency, why)
     return signals, notices, origin * 1e-9
 
 
@@ -89,18 +102,18 @@ def _latency(raw: RawSignal) -> int:
     return int(np.median(raw.received - raw.stamps))
 
 
-def _clock_notices(signals: list[Signal], joint: str, latency: int) -> list[Notice]:
+def _clock_notices(signals: list[Signal], joint: str, latency: int, why: str) -> list[Notice]:
     received = [s.source for s in signals if s.clock == "receive"]
     if not received:
         return []
     if len(received) == len(signals):
         text = (
-            f"header stamps of {joint} are not set: times of reception were used, and samples taken as evenly spaced. "
+            f"header stamps of {joint} {why}: times of reception were used, and samples taken as evenly spaced. "
             "Stamp the messages where they are measured."
         )
         return [Notice("receive_times", text)]
     text = (
-        f"{', '.join(received)} carry no stamp: times of reception were used, shifted by the usual latency of "
+        f"{', '.join(received)} carry no usable stamp: times of reception were used, shifted by the usual latency of "
         f"{latency * 1e-6:.2f} ms. A skew between torque and position biases viscous friction."
     )
     return [Notice("mixed_clocks", text)]

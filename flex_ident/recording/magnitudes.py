@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from flex_ident.recording.recording import Floats, Notice, Recording
 
+NOT_SI = ("position_not_si", "effort_not_si")
+"""Codes of the warnings below: what they stand on cannot be trusted."""
 FASTEST = 20.0
 """rad/s or m/s: no joint that swings more than a turn does it faster on the link side."""
 SPEED_WINDOW_S = 0.02

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
 
+SHORT_S, SLOW_HZ = 10.0, 100.0
+"""Duration and rate below which a recording is said to be short, or slow."""
 Floats = NDArray[np.float64]
 Role = Literal["motor_position", "link_position", "motor_torque", "reference"]
 
@@ -122,3 +124,16 @@ class Recording:
     def sample_time(self) -> float:
         """Sampling period, s."""
         return 1.0 / self.sample_rate_hz
+
+
+def extent_text(samples: int, rate_hz: float) -> str:
+    """Samples with their duration and rate, as in '100 samples (20 s at 5 Hz)'."""
+    return f"{samples} samples ({samples / rate_hz:.3g} s at {rate_hz:.4g} Hz)"
+
+
+def more_needed(samples: int, rate_hz: float) -> str:
+    """What to record where so many samples at such a rate were too few."""
+    slow, short = rate_hz < SLOW_HZ, samples / rate_hz < SHORT_S
+    if slow:
+        return f"record at {SLOW_HZ:.0f} Hz or more{', ten seconds at least' if short else ''}."
+    return "record at least ten seconds of motion." if short else "record a longer motion, without gaps or standstill."

@@ -26,7 +26,9 @@ from flex_ident.parameters import (
     Sensors,
     TorqueCurves,
 )
-from flex_ident.recording import Floats, Recording
+from flex_ident.recording import Floats, Recording, extent_text, more_needed
+from flex_ident.regression.gravity import KEYS as GRAVITY_KEYS
+from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.inversion import PHYSICAL, table_3, weighted_inversion
 from flex_ident.regression.least_squares import LinearFit, least_squares
 from flex_ident.regression.models import Equations, both_positions, motor_only, rigid
@@ -39,6 +41,8 @@ HELD_OUT = (2, 5, 8)
 """Blocks of the recording, of BLOCKS, that the validation fit does not see."""
 CORRELATION_S = 0.5
 """Time over which residuals are allowed to be correlated when the weighted method states its uncertainty, s."""
+EFFECT_LIMIT = 0.01
+"""Share of the torque's rms that an uncertainty may move for a parameter near zero to count as known."""
 MEASUREMENT = {"torque_delay": "s", "link_zero": "rad", "link_skew": "s"}
 
 
@@ -49,15 +53,15 @@ def identify_linear(
     method: str = "weighted",
     rigid: bool = False,
     first_mode_hz: float | None = None,
-    gravity: bool = False,
+    gravity: bool = True,
     order: int | None = None,
     decimation: int | None = None,
 ) -> Identification:
     """The joint's parameters by eq. 13 (both positions), eqs. 14 to 20 (motor only) or the rigid model.
 
     `method` is `paper` (to the letter, ordinary least squares) or `weighted` (exact derivatives, weights, uncertainty
-    for correlated residuals). `gravity` adds MX and MY to the rigid model. Raises SignalError, ExcitationError and
-    UsageError.
+    for correlated residuals). The rigid model has MX and MY where the recording shows gravity; without `gravity` (a
+    prismatic joint) it never has them. Raises SignalError, ExcitationError and UsageError.
     """
     if method not in ("paper", "weighted"):
         raise UsageError(f"method is '{method}': expected paper or weighted.")
@@ -77,11 +81,17 @@ def identify_linear(
     count = at.time.size
     held = np.isin(np.arange(count) * BLOCKS // count, HELD_OUT)
     step = float(np.median(np.diff(at.time)))
-    lag = 0 if method == "paper" else max(1, min(round(CORRELATION_S / step), count // 20))
+    correlated = max(1, min(round(CORRELATION_S / step), count // 20))
+    lag = 0 if method == "paper" else correlated
+    if kind == "rigid" and gravity and not shows_gravity(matrix, target, names, held, correlated):
+        plain = [i for i, name in enumerate(names) if name not in GRAVITY_KEYS]
+        matrix, names = matrix[:, plain], tuple(names[i] for i in plain)
     fit = _solved(matrix, target, names, np.ones(count, bool), len(halves), method, lag)
     trained = _solved(matrix, target, names, ~held, len(halves), method, lag)
     parameters, combined, derived, possible = _physical(fit, kind, method)
     motor, torque = matrix[:count], target[:count]
+    if kind == "rigid":
+        parameters = tuple(_judged_by_effect(p, motor[:, names.index(p.key)], torque) for p in parameters)
     unseen = motor @ trained.values
     predicted = np.where(held, unseen, motor @ fit.values)
 
@@ -99,7 +109,8 @@ def identify_linear(
     measurement = _measurement(fit)
     verdict, notices = judged(
         parameters, quality, derived, measurement,
-        possible=possible, sample_time=recording.sample_time, undetermined=fit.undetermined,
+        possible=possible, opposed=_reversed(fit, kind), sample_time=recording.sample_time,
+        undetermined=fit.undetermined,
         required_rate_hz=design.required_rate_hz if method == "paper" else 0.0,
         sample_rate_hz=recording.sample_rate_hz,
     )  # fmt: skip
@@ -122,7 +133,8 @@ def _check_signals(recording: Recording, sensors: Sensors) -> None:
     if float(np.ptp(recording.motor_torque)) == 0.0:
         raise SignalError(f"the effort of joint {recording.joint} is constant: name the right one with --effort.")
     if recording.motor_position.size < 100:
-        raise ExcitationError(f"{recording.motor_position.size} samples are too few: record at least ten seconds.")
+        samples, rate = recording.motor_position.size, recording.sample_rate_hz
+        raise ExcitationError(f"{extent_text(samples, rate)} are too few: {more_needed(samples, rate)}")
 
 
 def _design(
@@ -219,6 +231,19 @@ def _modes(jm: float, k: float, jl: float) -> dict[str, float]:
 
 def _parameter(key: str, value: float, std: float) -> Parameter:
     return Parameter(key, value, std, UNITS.get(key, ""), bool(math.isfinite(std) and std <= 0.3 * abs(value)))
+
+
+def _judged_by_effect(p: Parameter, column: Floats, torque: Floats) -> Parameter:
+    """A parameter near zero counts as known where its uncertainty hardly moves the torque; an inertia never does."""
+    moved = p.std * float(np.linalg.norm(column))
+    small = p.key != "J" and moved <= EFFECT_LIMIT * float(np.linalg.norm(torque))
+    return replace(p, identifiable=p.identifiable or small)
+
+
+def _reversed(fit: LinearFit, kind: str) -> bool:
+    """Whether all inertias and the stiffness come out negative for certain: the torque has the other sign."""
+    forces = {"rigid": ("J",), "both": ("Jm", "K", "JL"), "motor": ("X3", "X5")}[kind]
+    return all(fit.value(name) < -3.0 * fit.std(name) for name in forces)
 
 
 def _measurement(fit: LinearFit) -> tuple[Parameter, ...]:

@@ -12,7 +12,7 @@ from flex_ident.errors import ExcitationError
 from flex_ident.filtering.derivatives import central_differences, decimated, zero_phase_lowpass
 from flex_ident.filtering.design import FilterDesign
 from flex_ident.filtering.spectral import SpectralFilter
-from flex_ident.recording import Floats, Recording
+from flex_ident.recording import Floats, Recording, extent_text, more_needed
 
 GRAVITY = 9.81
 Derivative = Callable[[Floats, int], Floats]
@@ -85,7 +85,8 @@ def clean_observation(recording: Recording, *, band_hz: float, trim_s: float = 1
     rows = usable[::keep]
     if int(rows.sum()) < 40:
         raise ExcitationError(
-            f"{int(rows.sum())} usable samples are left of {n}: record at least ten seconds of motion."
+            f"{int(rows.sum())} usable samples are left of {extent_text(n, rate)} after filtering, edges, gaps and "
+            f"standstill: {more_needed(n, rate)}"
         )
 
     def derivative(values: Floats, order: int) -> Floats:

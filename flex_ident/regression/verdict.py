@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from flex_ident.parameters import FitQuality, Parameter, Verdict
@@ -9,6 +10,24 @@ from flex_ident.recording import Notice
 
 ESSENTIAL = ("Jm", "K", "JL", "J")
 SIGNALS = {"torque_delay": "torque", "link_skew": "link position"}
+EXPERIMENTS: dict[str, str] = {
+    "K": "sweep through the resonance with a larger amplitude, with a payload, or read a link encoder",
+    "JL": "sweep through the resonance, with a payload",
+    "Jm": "sweep to higher frequencies",
+    "J": "move with larger accelerations",
+    "FVm": "move at higher speed",
+    "FV": "move at higher speed, or read a link encoder",
+    "FSm": "add slow motion over a large range (chirp.profile: rich)",
+    "FS": "add slow motion over a large range (chirp.profile: rich), or read a link encoder",
+    "MX": "repeat at another start position, or move over a larger range (chirp.profile: rich)",
+    "MY": "repeat at another start position, or move over a larger range (chirp.profile: rich)",
+    "offset": "move over a larger range (chirp.profile: rich), so that gravity and offset differ",
+}
+"""What determines a parameter that the data leave open."""
+REVERSED = (
+    "effort seems reversed: with the opposite sign the inertias come out positive: --effort-scale -1, or the opposite "
+    "of yours."
+)
 
 
 def judged(
@@ -18,16 +37,22 @@ def judged(
     measurement: tuple[Parameter, ...],
     *,
     possible: bool,
+    opposed: bool,
     sample_time: float,
     undetermined: tuple[tuple[str, ...], ...],
     required_rate_hz: float,
     sample_rate_hz: float,
 ) -> tuple[Verdict, tuple[Notice, ...]]:
-    """The verdict, and a notice for each thing that speaks against trusting the numbers."""
+    """The verdict, and a notice for each thing that speaks against trusting the numbers.
+
+    `possible`: inertias and stiffness are positive; `opposed`: they are negative, all of them.
+    """
     rejected: list[Notice] = []
     doubtful: list[Notice] = []
     said: list[Notice] = []
-    if not possible:
+    if opposed:
+        rejected.append(Notice("effort_reversed", REVERSED))
+    elif not possible:
         text = "the fit has a negative inertia or stiffness: the model does not hold for this recording."
         rejected.append(Notice("not_physical", text))
     for group in undetermined:
@@ -35,13 +60,10 @@ def judged(
         (rejected if set(group) & set(ESSENTIAL) else said).append(Notice("undetermined", text))
     for p in parameters:
         if not p.identifiable:
-            text = f"{p.key} is not determined by this recording (± {p.std:.2g} {p.unit})."
+            text = not_determined(p)
             (rejected if p.key in ESSENTIAL else said).append(Notice("not_identifiable", text))
         elif p.key in ESSENTIAL and p.relative_std_percent > 5.0:
-            text = (
-                f"{p.key} is known to {p.relative_std_percent:.0f} % only: sweep through the resonance with a payload."
-            )
-            doubtful.append(Notice("low_excitation", text))
+            doubtful.append(Notice("low_excitation", known_only(p)))
     worst = max(quality.relative_error_percent, quality.validation_relative_error_percent)
     if not worst < 15.0:
         text = f"the model leaves {worst:.0f} % of the torque unexplained: run explain_gap to see what is missing."
@@ -61,8 +83,21 @@ def judged(
         doubtful.append(Notice("low_sampling_rate", text))
     for p in measurement:
         if p.key in SIGNALS and abs(p.value) > sample_time + 2.0 * p.std:
-            text = f"{SIGNALS[p.key]} lies {1e3 * p.value:.2f} ms after the motor position: corrected for."
+            side = "after" if p.value > 0.0 else "before"
+            text = f"{SIGNALS[p.key]} lies {1e3 * abs(p.value):.2f} ms {side} the motor position: corrected for."
             code = "encoder_skew" if p.key == "link_skew" else "torque_delay"
             doubtful.append(Notice(code, text))
     verdict: Verdict = "rejected" if rejected else ("doubtful" if doubtful else "trusted")
     return verdict, (*rejected, *doubtful, *said)
+
+
+def not_determined(p: Parameter) -> str:
+    """That the data do not determine a parameter, how far they do (2 sigma, as in the table), and what would."""
+    how = EXPERIMENTS.get(p.key, "a wider sweep, a larger amplitude or a payload")
+    known = f"± {2.0 * p.std:.2g} {p.unit}, 2σ" if math.isfinite(p.std) else "not at all"
+    return f"{p.key} is not determined by this recording ({known}): {how}."
+
+
+def known_only(p: Parameter) -> str:
+    """That a parameter is known poorly (2 sigma, as in the table), and what would help."""
+    return f"{p.key} is known to ± {2.0 * p.relative_std_percent:.0f} % (2σ) only: {EXPERIMENTS[p.key]}."

@@ -79,10 +79,29 @@ def test_bag_without_motion_or_joints_says_so(tmp_path: Path) -> None:
     assert "no joint 'elbow' in /states: it has joint_1 (0), joint_2 (0." in text
 
 
+def test_what_is_short_slow_or_lost_is_no_plain_yes(tmp_path: Path) -> None:
+    text, error = bag_check(rosbag2_bag(tmp_path / "short", swing(150)), SignalSelection())
+    assert isinstance(error, ExcitationError)
+    assert "150 samples (0.3 s at 500 Hz) are too short" in text
+    assert "can be identified," not in text
+    text, error = bag_check(rosbag2_bag(tmp_path / "slow", swing(10_000)[::10]), SignalSelection())
+    assert error is None
+    assert "slow: 50 Hz shows modes below 5 Hz only" in text
+    assert "can be identified only in part: see the 1 line above" in text
+    once = swing(6000)
+    twice = [m._replace(content=once[i - (i % 3 == 1)].content) for i, m in enumerate(once)]
+    text, _ = bag_check(rosbag2_bag(tmp_path / "twice", twice), SignalSelection())
+    assert "33 % of the messages of the motor position were dropped" in text
+    assert "[duplicate_stamps]" in text
+
+
 def test_damage_is_told(tmp_path: Path) -> None:
     bag = written(tmp_path, "bare mcap, small chunks", 3000)
     bag.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])
-    assert "damage: bag.mcap is cut at byte" in checked_bag(bag, SignalSelection())
+    text = checked_bag(bag, SignalSelection())
+    assert "damage: bag.mcap is cut at byte" in text
+    assert re.search(r"sensor_msgs/msg/JointState  1\d\d\d messages", text)
+    assert "part of the bag is lost" in text
     data_file(bag).write_text("text")
     with pytest.raises(BagError, match="is neither"):
         checked_bag(bag, SignalSelection())

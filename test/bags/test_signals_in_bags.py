@@ -388,6 +388,31 @@ REFUSALS = {
     ),
     "no link": (lambda f: bag_of(f, swing(300)), {"sensors": "motor+link"}, SignalError, "--link-position"),
     "no topic named": (lambda f: bag_of(f, swing(300)), {"effort": ":x"}, UsageError, "names no topic"),
+    "link is the motor": (
+        lambda f: bag_of(f, swing(300)),
+        {"link_position": "/joint_states:joint_2"},
+        SignalError,
+        "/joint_states:joint_2.position is the motor position itself",
+    ),
+    "link repeats the motor": (
+        lambda f: bag_of(f, [*_alone(), *_repeated()]),
+        {"link_position": "/encoder"},
+        SignalError,
+        "/encoder:a.position is the motor position itself",
+    ),
+    "no number among positions": (
+        lambda f: bag_of(f, [states(i, ["a", "b"], [0.5, float("nan")], [0.0, U[i]]) for i in range(300)]),
+        {},
+        SignalError,
+        r"position of b holds no finite number in 300 messages, and no other joint moved: a \(0\), b \(no number\)",
+    ),
+    "one message": (lambda f: bag_of(f, _alone()[:1]), {}, ExcitationError, "1 message of joint states in all"),
+    "named effort is zero": (
+        lambda f: bag_of(f, [states(i, ["a"], [Q[i]], [0.0]) for i in range(300)]),
+        {"effort": "/joint_states:a"},
+        SignalError,
+        "zero throughout: it is what --effort names",
+    ),
     "nothing moves": (lambda f: bag_of(f, held()), {}, ExcitationError, r"no joint moved: a \(0\), b \(0\)"),
     "joint does not move": (lambda f: bag_of(f, held()), {"joint": "a"}, ExcitationError, "joint a does not move"),
     "all move": (
@@ -420,7 +445,12 @@ REFUSALS = {
         SignalError,
         "a.effort holds none of 300 values",
     ),
-    "too short": (lambda f: bag_of(f, swing(40)), {}, ExcitationError, "40 samples in which all signals overlap"),
+    "too short": (
+        lambda f: bag_of(f, swing(40)),
+        {},
+        ExcitationError,
+        r"40 samples \(.* 500 Hz\) in which all signals overlap",
+    ),
     "a field that is not there": (
         lambda f: bag_of(f, [*swing(300), float64(0, 1.0)]),
         {"effort": "/effort:value"},
@@ -446,6 +476,37 @@ REFUSALS = {
         "is a text",
     ),
 }
+
+
+def _alone() -> list[Message]:
+    return [states(i, ["a"], [Q[i]], [U[i]]) for i in range(300)]
+
+
+def _repeated() -> list[Message]:
+    kind = STORE.types["sensor_msgs/msg/JointState"]
+    return [
+        Message(
+            "/encoder",
+            m.received_ns,
+            JOINT_STATE,
+            kind(m.content.header, ["a"], m.content.position, *2 * [np.zeros(0)]),
+        )
+        for m in _alone()
+    ]
+
+
+def test_link_position_is_left_alone_with_the_motor_only(tmp_path: Path) -> None:
+    recording = read_recording(
+        bag_of(tmp_path, _alone()), SignalSelection(sensors="motor", link_position="/joint_states:a")
+    )
+    assert recording.link_position is None
+
+
+def test_link_encoder_that_repeats_the_motor_is_no_second_one(tmp_path: Path) -> None:
+    messages = [*_alone(), *(m._replace(topic="/link_joint_states") for m in _repeated())]
+    recording = read_recording(bag_of(tmp_path, messages))
+    assert recording.link_position is None
+    assert codes(recording) == ["link_repeats_motor"]
 
 
 def _text(path: Path, content: str = "hello\n") -> Path:
@@ -480,5 +541,5 @@ def test_time_that_jumps_back_keeps_the_longest_stretch(tmp_path: Path) -> None:
     back = [m._replace(content=joint_state(ns(TIME[i] - 5.0), ["a"], [Q[i]], [U[i]])) for i, m in enumerate(messages)]
     recording = read_recording(bag_of(tmp_path, messages[:900] + back[900:]))
     assert codes(recording) == ["time_jumped_back"]
-    assert "jumps back 1 times, by 5 s at most: the longest stretch of 900" in recording.notices[0].message
+    assert "jumps back once, by 5 s at most: the longest stretch of 900" in recording.notices[0].message
     np.testing.assert_array_equal(recording.motor_position, Q[:900])

@@ -26,6 +26,31 @@ def test_figure_1_is_drawn(tmp_path) -> None:
     assert (tmp_path / "figure_1.png").stat().st_size > 5000
 
 
-def test_refuses_a_mode_of_zero() -> None:
+@pytest.mark.parametrize("mode", [0.0, float("nan"), float("inf")])
+def test_refuses_a_mode_that_is_none(mode: float) -> None:
     with pytest.raises(UsageError, match="first mode"):
-        filter_design(0.0, derivative_order=2)
+        filter_design(mode, derivative_order=2)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"sample_rate_hz": float("inf")}, "sampling rate is inf"),
+        ({"decimation": 0}, "decimation is 0"),
+        ({"order": 0}, "bandwidth 147 rad/s and order 0"),
+    ],
+)
+def test_refuses_numbers_out_of_range(wrong: dict[str, float], text: str) -> None:
+    with pytest.raises(UsageError, match=text):
+        filter_design(3.9, derivative_order=2, **wrong)  # type: ignore[arg-type]
+
+
+def test_a_rate_below_eq_29_is_a_warning() -> None:
+    assert "warning" not in design_filter(3.9)
+    assert "warning: 100 Hz is below the 205.7 Hz of eq. 29" in design_filter(3.9, sample_rate_hz=100.0)
+
+
+def test_figure_that_cannot_be_written_is_named(tmp_path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="--figure"):
+        design_filter(3.9, figure=tmp_path / "file" / "figure.png")

@@ -146,7 +146,7 @@ def test_recording_that_pauses_is_its_longest_part() -> None:
 
 
 def test_signals_that_do_not_overlap_are_refused() -> None:
-    with pytest.raises(ExcitationError, match="0 samples in which all signals overlap"):
+    with pytest.raises(ExcitationError, match=r"0 samples \(0 s at 500 Hz\) in which all signals overlap"):
         recorded(sampled("motor_position", 500.0, seconds=2.0), sampled("motor_torque", 500.0, skew=5.0))
 
 

@@ -38,7 +38,19 @@ def test_duplicates_are_kept_once() -> None:
     order = np.repeat(np.arange(1000), np.where(np.arange(1000) % 100 == 5, 3, 1))
     signal, codes = cleaned(TIME[order], VALUES[order])
     np.testing.assert_array_equal(signal.time, TIME)
-    assert (signal.dropped_duplicates, signal.dropped_backwards, codes) == (20, 0, [])
+    assert (signal.dropped_duplicates, signal.dropped_backwards, codes) == (20, 0, ["duplicate_stamps"])
+
+
+def test_a_message_sent_again_is_no_warning() -> None:
+    order = np.repeat(np.arange(1000), np.where(np.arange(1000) == 5, 3, 1))
+    signal, codes = cleaned(TIME[order], VALUES[order])
+    assert (signal.dropped_duplicates, codes) == (2, [])
+
+
+def test_stamps_that_advance_every_other_message_are_told() -> None:
+    signal, notices = cleaned_signal("motor_position", "/t:j.position", "header", TIME // 2e-3 * 2e-3, VALUES)
+    assert signal.time.size < 600
+    assert "of 1000 messages of /t repeat the stamp before them" in notices[0].message
 
 
 def test_samples_out_of_order_are_dropped() -> None:
@@ -79,7 +91,7 @@ def test_gap_is_no_damage() -> None:
         (TIME[:0], VALUES[:0], "holds no messages"),
         (TIME, np.full(1000, np.nan), "none of 1000 values"),
         (np.zeros(1000), VALUES, "does not advance over 1000 messages"),
-        (TIME[:1], VALUES[:1], "does not advance over 1 messages"),
+        (TIME[:1], VALUES[:1], "holds one message"),
     ],
 )
 def test_nothing_left_is_refused(time: Floats, values: Floats, text: str) -> None:
@@ -111,6 +123,16 @@ def test_stamps_that_are_not_set_or_stand_still_give_way(stamps: Floats | None) 
     signals, codes = clocks(raw(stamps), raw(stamps))
     assert {s.clock for s in signals} == {"receive"}
     assert codes == ["receive_times"]
+
+
+@pytest.mark.parametrize(
+    ("stamps", "why"),
+    [(np.zeros(1000) - EPOCH * 1e-9, "are not set"), (np.ones(1000), "stand still"), (-TIME, "decrease")],
+)
+def test_why_stamps_give_way_is_said(stamps: Floats, why: str) -> None:
+    both = {"motor_position": raw(stamps), "motor_torque": raw(stamps)}
+    _, notices, _ = signals_of(both, joint="j")
+    assert f"header stamps of j {why}" in notices[0].message
 
 
 def test_one_signal_without_stamps_is_shifted_to_the_others() -> None:

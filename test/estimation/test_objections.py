@@ -1,0 +1,76 @@
+"""What `identify` refuses to trust: rigid machines taken for flexible ones, wrong signs, wrong units."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flex_ident.bags import read_recording
+from flex_ident.errors import ExcitationError
+from flex_ident.estimation.identification import identify
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.recording import Recording
+from flex_ident.recording.magnitudes import magnitude_notices
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+
+EMPS = Path(__file__).resolve().parents[3] / "shared" / "real" / "emps_train"
+
+
+@pytest.fixture(scope="module")
+def cobot() -> Recording:
+    return virtual_recording(COBOT_JOINT, Experiment(duration_s=15.0), MeasurementChain.with_bits(20, 20), seed=1)
+
+
+@pytest.mark.skipif(not EMPS.exists(), reason="needs ../shared/real/emps_train")
+def test_rigid_machine_is_sent_to_rigid() -> None:
+    result = identify(read_recording(EMPS))
+    assert result.verdict == "rejected"
+    assert result.notices[0].code == "rigid_as_well"
+    assert "a rigid joint explains it as well (4.0 against 5.8 %" in result.notices[0].message
+
+
+def test_rigid_machine_on_which_the_spring_runs_away_is_sent_to_rigid() -> None:
+    t = np.arange(0.0, 20.0, 2e-3)
+    phase, omega = 2 * np.pi * (0.2 * t + 0.1 * t**2), 2 * np.pi * (0.2 + 0.2 * t)
+    q, v = 0.3 * np.sin(phase), 0.3 * omega * np.cos(phase)
+    a = 0.3 * (2 * np.pi * 0.2 * np.cos(phase) - omega**2 * np.sin(phase))
+    noise = np.random.default_rng(0).normal(0.0, 0.3, t.size)
+    torque = 2.0 * a + 3.0 * v + np.sign(v) + 9.81 * (3.0 * np.cos(q) + np.sin(q)) + noise
+    recording = Recording("j", 500.0, q, torque)
+    try:
+        result = identify(recording)
+    except ExcitationError as error:
+        assert "--rigid" in str(error)  # noqa: PT017
+    else:
+        assert result.verdict == "rejected"
+
+
+def test_flexible_joint_is_left_in_peace(cobot: Recording) -> None:
+    result = identify(cobot, IdentifyOptions(sensors="motor"))
+    assert result.verdict == "trusted"
+
+
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+def test_reversed_effort_is_named(cobot: Recording, sensors: str) -> None:
+    turned = replace(cobot, motor_torque=-cobot.motor_torque)
+    with pytest.raises(ExcitationError, match=r"effort seems reversed: .* --effort-scale -1"):
+        identify(turned, IdentifyOptions(sensors=sensors))
+    result = identify(turned, IdentifyOptions(sensors=sensors, method="weighted"))
+    assert result.verdict == "rejected"
+    assert result.notices[0].code == "effort_reversed"
+
+
+def test_degrees_are_not_trusted(cobot: Recording) -> None:
+    degrees = replace(cobot, motor_position=np.degrees(cobot.motor_position), link_position=None)
+    degrees = replace(degrees, notices=magnitude_notices(degrees))
+    assert [n.code for n in degrees.notices] == ["position_not_si"]
+    result = identify(degrees)
+    assert result.verdict != "trusted"
+
+
+def test_slow_is_not_called_short(cobot: Recording) -> None:
+    step = round(cobot.sample_rate_hz / 5.0)
+    slow = Recording("j", 5.0, cobot.motor_position[::step], cobot.motor_torque[::step])
+    with pytest.raises(ExcitationError, match=r"s at 5 Hz\).*: record at 100 Hz or more"):
+        identify(replace(slow))
