@@ -150,14 +150,20 @@ class Rig:
         self.node.destroy_subscription(self._relay)
 
     def set_parameter(self, node: str, key: str, value: Any) -> str:
-        """Set a parameter at run time; why that was refused, else empty."""
+        """Set a parameter at run time; why that was refused, else empty.
+
+        Asked again when no answer comes: DDS may lose one to a client that it has yet to discover.
+        """
         client = self.node.create_client(SetParameters, f"/{node}/set_parameters")
         assert client.wait_for_service(15.0)
         message = Parameter(key, value=value).to_parameter_msg()
-        future = client.call_async(SetParameters.Request(parameters=[message]))
-        rclpy.spin_until_future_complete(self.node, future, timeout_sec=15.0)
-        answer = future.result().results[0]
-        return "" if answer.successful else answer.reason
+        for _ in range(3):
+            future = client.call_async(SetParameters.Request(parameters=[message]))
+            rclpy.spin_until_future_complete(self.node, future, timeout_sec=8.0)
+            if future.done():
+                answer = future.result().results[0]
+                return "" if answer.successful else answer.reason
+        raise AssertionError(f"{node} does not answer when {key} is set")
 
     def ended(self, name: str, timeout_s: float = 45.0) -> int | None:
         """The exit status of a process; None when it still runs after the timeout."""
