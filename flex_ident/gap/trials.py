@@ -33,6 +33,8 @@ LEAST_PERIODS = 0.9
 SMALLEST_SHARE = 0.2
 """Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
 SIGNIFICANT = 3.0
+SIGNIFICANT_SHAPE = 2.0
+"""Standard deviations to which its shape must be known: hysteresis over no deflection at all is dry friction."""
 OWN_ERROR = 1e-3
 """Change of the prediction, relative, that the method's own error may make."""
 ITERATIONS = 10
@@ -259,6 +261,10 @@ def _objection(
     weak = _weakest(solver, fit, candidate.scaled)
     if weak is not None:
         return f"{weak[0]} is known to {weak[1]:.1f} standard deviations only, {SIGNIFICANT:.0f} needed"
+    shape = [k for k in candidate.keys if k not in candidate.scaled and not k.endswith(".phase")]
+    vague = _weakest(solver, fit, shape, SIGNIFICANT_SHAPE) if shape else None
+    if vague is not None:
+        return f"its shape is not determined: {vague[0]} is known to {vague[1]:.1f} standard deviations"
     if candidate.effect in REPLACES:
         value, period = abs(fit.values[candidate.keys[0]]), solver.problem.recording.sample_time
         if value < period:
@@ -289,15 +295,15 @@ def _torque_rms(solver: GapFit, fit: Fit) -> float:
     return float(np.sqrt(np.mean(residual**2)))
 
 
-def _weakest(solver: GapFit, fit: Fit, keys: Sequence[str]) -> tuple[str, float] | None:
-    """The best-known of the keys with its ratio to its standard deviation, when even that is not significant."""
+def _weakest(solver: GapFit, fit: Fit, keys: Sequence[str], least: float = SIGNIFICANT) -> tuple[str, float] | None:
+    """The best-known of the keys with its ratio to its standard deviation, when even that is less than `least`."""
     uncertainty = uncertainty_of(fit, solver.problem.rate_hz)
     ratios = []
     for key in keys:
         std = uncertainty.std(key)
         ratios.append((key, abs(fit.values[key]) / std if std > 0 and np.isfinite(std) else 0.0))
     best = max(ratios, key=lambda item: item[1])
-    return best if best[1] < SIGNIFICANT else None
+    return best if best[1] < least else None
 
 
 def final_polish(solver: GapFit, fit: Fit) -> Fit:
