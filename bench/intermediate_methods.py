@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
+from monte_carlo import draw
 
 from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.identification import identify
@@ -106,14 +107,18 @@ METHODS: dict[str, tuple[str, Callable[[Recording, str], dict[str, float]]]] = {
 
 
 def main() -> None:
-    """Print bias and spread of Jm, K and JL in percent."""
+    """Print bias ± spread of Jm, K and JL in percent, and the spread over the Cramér-Rao bound of the same sensors."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=10)
     given = parser.parse_args()
     chain = MeasurementChain(1e-5, 2.4e-5, torque_noise=0.01, torque_disturbance=0.005)
     errors: dict[str, list[list[float]]] = {name: [] for name in METHODS}
+    bounds: dict[str, list[list[float]]] = {"motor": [], "motor+link": []}
     for seed in range(given.draws):
         recording = virtual_recording(PAPER_JOINT, Experiment(duration_s=40.0), chain, seed=seed)
+        for sensors, known in bounds.items():
+            one = draw(recording, PAPER_JOINT, sensors, 1.0, False)
+            known.append([100.0 * one[k][2] for k in KEYS])
         for name, (sensors, method) in METHODS.items():
             try:
                 found = method(recording, sensors)
@@ -123,7 +128,9 @@ def main() -> None:
     rows = []
     for name, found_errors in errors.items():
         e = np.array(found_errors) if found_errors else np.full((1, 3), np.nan)
-        rows.append((name, *(f"{m:+.2f} ± {s:.2f}" for m, s in zip(e.mean(axis=0), e.std(axis=0), strict=True)),
+        bound = np.mean(bounds[METHODS[name][0]], axis=0)
+        cells = zip(e.mean(axis=0), e.std(axis=0), e.std(axis=0) / bound, strict=True)
+        rows.append((name, *(f"{m:+.2f} ± {s:.3f} ({r:.1f})" for m, s, r in cells),
                      f"{given.draws - len(found_errors)} failed"))  # fmt: skip
     print(text_table(("method", "Jm %", "K %", "JL %", ""), rows, right=(1, 2, 3)))
 

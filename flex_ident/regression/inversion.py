@@ -68,11 +68,11 @@ def weighted_inversion(fit: LinearFit) -> Inversion:
     whiten = np.linalg.inv(np.linalg.cholesky(correlation + 1e-9 * np.eye(7))) / stds
 
     def residual(x: Floats) -> Floats:
-        result: Floats = whiten @ (combined(np.exp(x)) - fit.values)
+        result: Floats = whiten @ (combined(np.exp(np.clip(x, -60.0, 60.0))) - fit.values)
         return result
 
     solution = optimize.least_squares(residual, np.log(guess), x_scale="jac", max_nfev=400)
-    values = np.exp(solution.x)
+    values = np.exp(np.clip(solution.x, -60.0, 60.0))
     jacobian = whiten @ _gradient(combined, values)
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
