@@ -39,9 +39,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "chirp_exciter = flex_ident.nodes.chirp_exciter:main",
-            "identifier = flex_ident.nodes.identifier:main",
-            "simulated_joint = flex_ident.nodes.simulated_joint:main",
+            "chirp_exciter = flex_ident.nodes.starting:chirp_exciter",
+            "identifier = flex_ident.nodes.starting:identifier",
+            "simulated_joint = flex_ident.nodes.starting:simulated_joint",
             "identify_bag = flex_ident.commands.identify_bag:main",
             "explain_gap = flex_ident.commands.explain_gap:main",
             "flex_ident = flex_ident.commands.flex_ident:main",

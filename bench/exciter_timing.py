@@ -28,7 +28,7 @@ NODES = ("simulated_joint", "chirp_exciter")
 
 def started(name: str, parameters: dict[str, object], log: Path) -> subprocess.Popen[bytes]:
     """A node as a process that writes to a log."""
-    arguments = [sys.executable, "-m", f"flex_ident.nodes.{name}", "--ros-args"]
+    arguments = [sys.executable, "-m", "flex_ident.nodes", name, "--ros-args"]
     for key, value in parameters.items():
         arguments += ["-p", f"{key}:={json.dumps(value)}"]
     return subprocess.Popen(arguments, stdout=log.open("wb"), stderr=subprocess.STDOUT)

@@ -234,6 +234,9 @@ class ChirpExciter(Node):
             if self.exciter.state in MOVING:
                 self.exciter.stop(why)
                 return
+        if self._wanted:
+            self._wanted = False
+            self._give_up(f"{why} before it moved")
         if self._clock_thread is None:
             self.ending.set()
 
@@ -434,7 +437,3 @@ def main(arguments: list[str] | None = None) -> int:
         return node.status
 
     return run_node(USAGE, ChirpExciter, run, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -15,7 +15,10 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
+from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
@@ -43,7 +46,7 @@ def processes(log: Path) -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
     with log.open("wb") as out:
 
         def start(name: str, parameters: dict[str, Any]) -> subprocess.Popen[bytes]:
-            arguments = [sys.executable, "-m", f"flex_ident.nodes.{name}", "--ros-args"]
+            arguments = [sys.executable, "-m", "flex_ident.nodes", name, "--ros-args"]
             for key, value in parameters.items():
                 arguments += ["-p", f"{key}:={json.dumps(value)}"]
             running.append(subprocess.Popen(arguments, stdout=out, stderr=out, start_new_session=True))
@@ -78,6 +81,9 @@ def live_run(folder: Path, *, seed: int, say: Say) -> int:
         })  # fmt: skip
         rclpy.init()
         node = rclpy.create_node("flex_ident_demo")
+        # Both are found while the joint moves: Fast DDS drops the answer to a client that the server has yet to find.
+        setter = node.create_client(SetParameters, "/identifier/set_parameters")
+        client = node.create_client(Trigger, "/identifier/identify")
         try:
             say(f"2/4  {JOINT} follows a chirp, 0.5 to 30 Hz in {CHIRP['chirp.duration_s']:.0f} s, and is recorded")
             exciter = start("chirp_exciter", {
@@ -86,7 +92,7 @@ def live_run(folder: Path, *, seed: int, say: Say) -> int:
             bag = _excited(node, exciter, log, say)
             say(f"     recorded: {bag}")
             say("3/4  asking /identifier/identify, a std_srvs/Trigger")
-            content = _identified(node, bag)
+            content = _identified(node, setter, client, bag)
         finally:
             node.destroy_node()
             rclpy.try_shutdown()
@@ -120,18 +126,15 @@ def _excited(node: Node, exciter: subprocess.Popen[bytes], log: Path, say: Say) 
     return Path(bag)
 
 
-def _identified(node: Node, bag: Path) -> dict[str, Any]:
+def _identified(node: Node, setter: Client, client: Client, bag: Path) -> dict[str, Any]:
     """What the identifier's service answers for the bag."""
-    from rcl_interfaces.srv import SetParameters
-    from rclpy.parameter import Parameter
-
-    setter = node.create_client(SetParameters, "/identifier/set_parameters")
-    client = node.create_client(Trigger, "/identifier/identify")
     if not (setter.wait_for_service(WAIT_S) and client.wait_for_service(WAIT_S)):
         raise DataError("the identifier does not answer.")
     value = Parameter("bag", Parameter.Type.STRING, str(bag)).to_parameter_msg()
     done = setter.call_async(SetParameters.Request(parameters=[value]))
     rclpy.spin_until_future_complete(node, done, timeout_sec=WAIT_S)
+    if not done.done():
+        raise DataError("the identifier does not answer.")
     answer = client.call_async(Trigger.Request())
     rclpy.spin_until_future_complete(node, answer, timeout_sec=120.0)
     response = answer.result()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -54,8 +53,14 @@ LEVELS = {
     "doubtful": DiagnosticStatus.WARN, "partly_explained": DiagnosticStatus.WARN,
     "unexplained": DiagnosticStatus.WARN, "rejected": DiagnosticStatus.ERROR,
 }  # fmt: skip
+ANSWER_S = 5.0
+"""How long a job that is stopped may take to answer before rclpy goes."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 Content = dict[str, Any]
+
+
+class _EndingError(Exception):
+    """The node ends and its job with it."""
 
 
 class Identifier(Node):
@@ -75,6 +80,7 @@ class Identifier(Node):
         self._job = "idle"
         self._share = 0.0
         self._verdict = ""
+        self.ending = False
         group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/identify", self._identify, callback_group=group)
         self.create_service(Trigger, "~/explain_gap", self._explain_gap, callback_group=group)
@@ -150,6 +156,8 @@ class Identifier(Node):
             self.get_logger().error(f"{name}: {one_line(error)}")
             return None, one_line(error)
         except Exception as error:  # a service must answer
+            if self.ending:  # a job that is stopped may also fail by what the interpreter has taken down
+                return None, "stopped: the node ends."
             self.get_logger().error(f"{name}: internal error ({type(error).__name__}: {one_line(error)})")
             return None, f"internal error ({type(error).__name__}: {one_line(error)}): please report it."
         finally:
@@ -157,6 +165,8 @@ class Identifier(Node):
             self._busy.release()
 
     def _progress(self, text: str, share: float) -> None:
+        if self.ending:
+            raise _EndingError
         before = int(10 * self._share)
         self._share = max(0.0, min(1.0, share))
         if int(10 * self._share) != before:
@@ -214,10 +224,8 @@ def main(arguments: list[str] | None = None) -> int:
         executor.add_node(node)
         node.get_logger().info("ready: set the parameter 'bag' and call ~/identify")
         spin(executor, asked)
+        node.ending = True
+        executor.shutdown(ANSWER_S)
         return 0
 
     return run_node(USAGE, Identifier, run, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,16 +1,11 @@
-"""How every node starts and ends: help, one line on standard error, an exit status, never a traceback.
-
-Signals are only noted, from before rclpy starts until the process ends, and looked at ten times a second: one that
-comes while the node is being made, or between two waits of an executor, is neither lost nor an exception in the middle
-of something.
-"""
+"""How every node runs and ends: help, one line on standard error, an exit status, never a traceback."""
 
 from __future__ import annotations
 
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import rclpy
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
@@ -19,10 +14,10 @@ from rclpy.signals import SignalHandlerOptions
 
 from flex_ident.commands.common import one_line
 from flex_ident.errors import FlexIdentError
+from flex_ident.nodes.starting import SIGNALS, asked, note_signals
 from flex_ident.nodes.usage import Usage, help_wanted
 
 N = TypeVar("N", bound=Node)
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
 LOOK_S = 0.1
 
 
@@ -34,8 +29,7 @@ def run_node(
     if help_wanted(sys.argv[1:] if arguments is None else arguments):
         print(usage)
         return 0
-    asked: list[str] = []
-    before = _noted(asked)
+    before = note_signals()
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
@@ -74,11 +68,6 @@ def quick_executor() -> Executor:
     except ImportError:  # rclpy before 7.1.4
         return SingleThreadedExecutor()
     return EventsExecutor()
-
-
-def _noted(asked: list[str]) -> dict[signal.Signals, Any]:
-    """Have signals add their names to `asked`; the handlers before. A handler may not take locks."""
-    return {n: signal.signal(n, lambda number, _frame: asked.append(signal.Signals(number).name)) for n in SIGNALS}
 
 
 def _complain(name: str, error: BaseException) -> None:

@@ -238,7 +238,3 @@ def main(arguments: list[str] | None = None) -> int:
         return node.status
 
     return run_node(USAGE, SimulatedJoint, run, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

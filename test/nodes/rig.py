@@ -17,6 +17,7 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -46,6 +47,9 @@ class Rig:
         self.commands: list[tuple[float, float]] = []
         self.references: list[tuple[float, float, float]] = []
         self.node = rclpy.create_node("rig")
+        self.clients: dict[str, Client] = {}
+        for name in ("start", "stop"):  # before the exciter is there: it finds them as it comes
+            self._client(Trigger, f"/chirp_exciter/{name}")
         self.node.create_subscription(DiagnosticStatus, "/chirp_exciter/state", self._on_state, LATCHED)
         self.node.create_subscription(Float64MultiArray, COMMANDS, self._on_command, 5000)
         self.node.create_subscription(JointState, "/chirp_exciter/reference", self._on_reference, 5000)
@@ -64,7 +68,7 @@ class Rig:
 
     def start(self, name: str, parameters: dict[str, Any]) -> subprocess.Popen[bytes]:
         """Start a node as a process; its output goes to NAME.log."""
-        arguments = [sys.executable, "-m", f"flex_ident.nodes.{name}", "--ros-args"]
+        arguments = [sys.executable, "-m", "flex_ident.nodes", name, "--ros-args"]
         for key, value in parameters.items():
             arguments += ["-p", f"{key}:={json.dumps(value)}"]
         with self.log(name).open("ab") as out:
@@ -115,24 +119,37 @@ class Rig:
                 return True
         return False
 
+    def _client(self, kind: type, service: str) -> Client:
+        if service not in self.clients:
+            self.clients[service] = self.node.create_client(kind, service)
+        return self.clients[service]
+
+    def ask(self, kind: type, service: str, request: Any, timeout_s: float = 15.0) -> Any:
+        """The answer of a service, None when none comes in time."""
+        new = service not in self.clients
+        client = self._client(kind, service)
+        assert client.wait_for_service(15.0), f"{service} is not there"
+        if new:
+            self.spin(0.3)  # Fast DDS drops the answer to a client that the server has yet to find (rmw_fastrtps 842)
+        future = client.call_async(request)
+        rclpy.spin_until_future_complete(self.node, future, timeout_sec=timeout_s)
+        return future.result() if future.done() else None
+
     def call(self, service: str, timeout_s: float = 15.0) -> tuple[bool, str]:
         """Call a Trigger service: success and message."""
-        client = self.node.create_client(Trigger, service)
-        assert client.wait_for_service(timeout_s), service
-        future = client.call_async(Trigger.Request())
-        rclpy.spin_until_future_complete(self.node, future, timeout_sec=timeout_s)
-        answer = future.result()
-        assert answer is not None, f"{service} does not answer"
+        answer = self.ask(Trigger, service, Trigger.Request(), timeout_s)
+        assert answer is not None, f"{service} does not answer:\n" + "\n".join(map(self.output, self.processes))
         return answer.success, answer.message
 
     def start_exciting(self, seconds: float = 15.0) -> str:
         """Call ~/start until everything is ready; the last refusal, empty when it moves."""
-        message = ""
+        message = "no answer"
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            success, message = self.call("/chirp_exciter/start")
-            if success:
+            answer = self.ask(Trigger, "/chirp_exciter/start", Trigger.Request(), 3.0)
+            if "moving_to_start" in self.states or (answer is not None and answer.success):
                 return ""
+            message = answer.message if answer is not None else message
             self.spin(0.25)
         return message
 
@@ -150,20 +167,15 @@ class Rig:
         self.node.destroy_subscription(self._relay)
 
     def set_parameter(self, node: str, key: str, value: Any) -> str:
-        """Set a parameter at run time; why that was refused, else empty.
-
-        Asked again when no answer comes: DDS may lose one to a client that it has yet to discover.
-        """
-        client = self.node.create_client(SetParameters, f"/{node}/set_parameters")
-        assert client.wait_for_service(15.0)
+        """Set a parameter at run time; why that was refused, else empty."""
         message = Parameter(key, value=value).to_parameter_msg()
-        for _ in range(3):
-            future = client.call_async(SetParameters.Request(parameters=[message]))
-            rclpy.spin_until_future_complete(self.node, future, timeout_sec=8.0)
-            if future.done():
-                answer = future.result().results[0]
-                return "" if answer.successful else answer.reason
-        raise AssertionError(f"{node} does not answer when {key} is set")
+        request = SetParameters.Request(parameters=[message])
+        for _ in range(3):  # setting it again does no harm
+            answer = self.ask(SetParameters, f"/{node}/set_parameters", request, 5.0)
+            if answer is not None:
+                result = answer.results[0]
+                return "" if result.successful else str(result.reason)
+        raise AssertionError(f"{node} does not answer when {key} is set:\n{self.output(node)}")
 
     def ended(self, name: str, timeout_s: float = 45.0) -> int | None:
         """The exit status of a process; None when it still runs after the timeout."""

@@ -16,7 +16,6 @@ import yaml
 
 pytest.importorskip("rclpy", reason="needs rclpy")
 import mcap.reader
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -31,7 +30,7 @@ from flex_ident.nodes.bag_file import RUN_FILE
 
 pytestmark = pytest.mark.ros
 CONFIG = Path(__file__).resolve().parents[2] / "config"
-COMMAND = [sys.executable, "-m", "flex_ident.nodes.chirp_exciter", "--ros-args"]
+COMMAND = [sys.executable, "-m", "flex_ident.nodes", "chirp_exciter", "--ros-args"]
 SHORT = {"chirp.duration_s": 3.0, "chirp.fade_s": 0.5}
 EXTRA = "/extra"
 
@@ -146,13 +145,11 @@ def test_each_kind_of_command_moves_the_joint(robot: dict[str, Any], exciter: di
 def test_parameters_are_described_ranged_and_changed_while_nothing_moves(tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.exciter(start_position=0.1)
-        listing = made.node.create_client(ListParameters, "/chirp_exciter/list_parameters")
-        assert listing.wait_for_service(20.0)
-        names = answer(made, listing, ListParameters.Request()).result.names
+        names = made.ask(ListParameters, "/chirp_exciter/list_parameters", ListParameters.Request()).result.names
         ours = [n for n in names if n not in ("use_sim_time", "start_type_description_service")]
-        describing = made.node.create_client(DescribeParameters, "/chirp_exciter/describe_parameters")
-        assert describing.wait_for_service(5.0)
-        described = {d.name: d for d in answer(made, describing, DescribeParameters.Request(names=ours)).descriptors}
+        asked = DescribeParameters.Request(names=ours)
+        answer = made.ask(DescribeParameters, "/chirp_exciter/describe_parameters", asked)
+        described = {d.name: d for d in answer.descriptors}
         assert len(described) >= 35
         assert all(d.description for d in described.values())
         assert described["chirp.duration_s"].floating_point_range[0].to_value == 3600.0
@@ -167,13 +164,6 @@ def test_parameters_are_described_ranged_and_changed_while_nothing_moves(tmp_pat
         assert "read" in made.set_parameter("chirp_exciter", "command.topic", "/x").replace("-", "")
         made.processes["chirp_exciter"].send_signal(signal.SIGINT)
         assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
-
-
-def answer(made: Rig, client: Any, request: Any) -> Any:
-    """What a service answers."""
-    future = client.call_async(request)
-    rclpy.spin_until_future_complete(made.node, future, timeout_sec=10.0)
-    return future.result()
 
 
 @pytest.mark.parametrize(
@@ -231,6 +221,7 @@ def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) 
         while "all that it needs is there" not in made.output("chirp_exciter"):
             assert time.monotonic() < end, made.output("chirp_exciter")
             made.spin(0.2)
+        made.spin(0.5)  # the first joint states come after the topic that they come by
         success, message = made.call("/chirp_exciter/start")
         assert success, message
         assert message.endswith("; not received so far: /nothing (nobody publishes it)")

@@ -63,7 +63,7 @@ def test_the_identifier_takes_a_commands_file_and_refuses_nonsense_when_set(tmp_
     file = tmp_path / "shared.yaml"
     file.write_text("/**:\n  ros__parameters:\n    out: somewhere\n    rigid: false\n")
     with rig(tmp_path) as made:
-        arguments = [sys.executable, "-m", "flex_ident.nodes.identifier", "--ros-args", "--params-file", str(file)]
+        arguments = [sys.executable, "-m", "flex_ident.nodes", "identifier", "--ros-args", "--params-file", str(file)]
         with made.log("identifier").open("ab") as out:
             made.processes["identifier"] = subprocess.Popen(arguments, stdout=out, stderr=out)
 
@@ -105,3 +105,27 @@ def test_a_signal_that_comes_while_the_node_is_made_ends_it(name: str, ignore: s
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     assert time.monotonic() - began < 20.0
+
+
+@pytest.mark.parametrize("node", list(MAINS))
+@pytest.mark.parametrize("after_s", [0.15, 0.5])
+def test_a_signal_that_comes_while_a_node_imports_ends_it(node: str, after_s: float) -> None:
+    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "flex_ident.nodes", node, "--ros-args", "-p", "joint:=a"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    )  # fmt: skip
+    time.sleep(after_s)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+
+
+def test_an_automatic_start_that_is_interrupted_has_failed(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.exciter(auto_start=True)
+        made.spin(0.5)
+        made.processes["chirp_exciter"].send_signal(signal.SIGINT)
+        assert made.ended("chirp_exciter", 15.0) == 3
+        assert "chirp_exciter: stopped by SIGINT before it moved" in made.output("chirp_exciter")

@@ -32,7 +32,7 @@ pytestmark = pytest.mark.ros
 CONFIG = Path(__file__).resolve().parents[2] / "config" / "simulated_joint.yaml"
 DOMAIN = str(50 + os.getpid() % 50)
 TOPIC = "/forward_position_controller/commands"
-COMMAND = [sys.executable, "-m", "flex_ident.nodes.simulated_joint", "--ros-args"]
+COMMAND = [sys.executable, "-m", "flex_ident.nodes", "simulated_joint", "--ros-args"]
 
 
 def environment() -> dict[str, str]:
@@ -53,6 +53,7 @@ class Watcher:
         self.arrivals: list[float] = []
         self.links: list[JointState] = []
         self.descriptions: list[str] = []
+        self.clients: dict[str, Any] = {}
         self.node.create_subscription(JointState, "joint_states", self._on_state, 2000)
         self.node.create_subscription(JointState, "link_joint_states", self.links.append, 2000)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -84,9 +85,12 @@ class Watcher:
         return float(np.polyfit(arrived[later], stamps(self.states)[later], 1)[0])
 
     def call(self, kind: Any, name: str, request: Any) -> Any:
-        client = self.node.create_client(kind, name)
-        assert client.wait_for_service(10.0)
-        future = client.call_async(request)
+        if name not in self.clients:
+            self.clients[name] = self.node.create_client(kind, name)
+            assert self.clients[name].wait_for_service(10.0)
+            soon = time.monotonic() + 0.3  # Fast DDS drops the answer to a client that the server has yet to find
+            self.until(lambda: time.monotonic() > soon)
+        future = self.clients[name].call_async(request)
         self.until(future.done)
         return future.result()
 

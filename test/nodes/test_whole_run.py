@@ -1,6 +1,7 @@
 """The whole chain as processes: excite, record, identify by service, parameters from YAML."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="needs rclpy")
 from diagnostic_msgs.srv import SelfTest
 from rig import JOINT, rig
+from std_srvs.srv import Trigger
 
 pytestmark = pytest.mark.ros
 TRUTH = {"Jm": 1.0, "K": 1.0e4, "JL": 1.0}
@@ -18,8 +20,6 @@ TRUTH = {"Jm": 1.0, "K": 1.0e4, "JL": 1.0}
 @pytest.mark.slow
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_excite_record_identify(storage: str, tmp_path: Path) -> None:
-    import rclpy
-
     with rig(tmp_path) as made:
         made.simulated_joint()
         made.exciter(
@@ -42,13 +42,19 @@ def test_excite_record_identify(storage: str, tmp_path: Path) -> None:
             p = content["parameters"][key]
             assert abs(p["value"] - true) < 4.0 * p["std"], key
             assert abs(p["value"] / true - 1.0) < 0.05, key
-        client = made.node.create_client(SelfTest, "/identifier/self_test")
-        assert client.wait_for_service(5.0)
-        future = client.call_async(SelfTest.Request())
-        rclpy.spin_until_future_complete(made.node, future, timeout_sec=60.0)
-        status = {s.name: {v.key: v.value for v in s.values} for s in future.result().status}
+        answer = made.ask(SelfTest, "/identifier/self_test", SelfTest.Request(), 60.0)
+        status = {s.name: {v.key: v.value for v in s.values} for s in answer.status}
         assert float(status["K"]["value"]) == content["parameters"]["K"]["value"]
         assert (tmp_path / "results" / f"{bag.stem}_{JOINT}" / "report.html").exists()
+        client = made.node.create_client(Trigger, "/identifier/explain_gap")
+        assert client.wait_for_service(5.0)
+        made.spin(0.3)
+        asked = client.call_async(Trigger.Request())
+        made.spin(1.0)
+        made.processes["identifier"].send_signal(signal.SIGINT)
+        assert made.ended("identifier", 15.0) == 0, made.output("identifier")
+        assert asked.result() is None or asked.result().message == "stopped: the node ends."
+        assert "internal error" not in made.output("identifier")
 
 
 def test_a_bag_outside_the_allowed_folders_is_refused(tmp_path: Path) -> None:
@@ -82,7 +88,7 @@ def test_a_bag_outside_the_allowed_folders_is_refused(tmp_path: Path) -> None:
 )
 def test_bad_parameters_are_one_line(node: str, parameters: list[str], text: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", f"flex_ident.nodes.{node}", "--ros-args", *parameters],
+        [sys.executable, "-m", "flex_ident.nodes", node, "--ros-args", *parameters],
         capture_output=True, text=True, timeout=60,
     )  # fmt: skip
     assert done.returncode == 2, done.stderr
@@ -96,7 +102,7 @@ def test_the_shipped_configuration_loads(node: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         with (tmp_path / "log").open("wb") as out:
             process = subprocess.Popen(
-                [sys.executable, "-m", f"flex_ident.nodes.{node}", "--ros-args", "--params-file", str(config)],
+                [sys.executable, "-m", "flex_ident.nodes", node, "--ros-args", "--params-file", str(config)],
                 stdout=out, stderr=out,
             )  # fmt: skip
         made.processes[node] = process

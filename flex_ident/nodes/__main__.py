@@ -1,0 +1,7 @@
+"""`python -m flex_ident.nodes NODE`."""
+
+import sys
+
+from flex_ident.nodes.starting import main
+
+sys.exit(main())
