@@ -29,9 +29,10 @@ STILL = 0.05
 EFFORT_MARGIN = 1.05
 """A drive that works at its limit reads a little more than that, for noise; more is a fault."""
 LATE_TICKS = 2.0
-"""However late a tick comes, the reference moves on by no more than the speed limit allows in this many periods."""
-CATCHING_UP = 0.99
-"""Share of the speed limit at which the reference catches up: a drive's clock need not agree to the last digit."""
+"""However late a tick comes, the reference moves on by no more than the speed allows in this many periods."""
+CATCHING_UP, OF_THE_CHIRP, AT_MOST = 0.5, 1.1, 0.99
+"""The speed of catching up: the first share of the limit, or the second of the chirp's own highest speed if that is
+more, and at most the third of the limit: the joint overshoots, and a drive's clock need not agree with ours."""
 YIELD = 2.0
 """The reference yields to a joint that is held off it by up to this many tracking errors."""
 RELEASE_S = 0.5
@@ -226,16 +227,17 @@ class Exciter:
         return self._output(now)
 
     def _reachable(self, now: float, position: float, velocity: float) -> tuple[float, float]:
-        """The reference, or after a tick that came late the nearest to it that the speed limit allows.
+        """The reference, or after a tick that came late the nearest to it that the speed of catching up allows.
 
         A drive sees the commands alone: what was missed meanwhile is caught up with in steps, not in one.
         """
         last, limit = self._last[0], self.limits.velocity
-        reach = limit * min(now - self._last_at, LATE_TICKS / self.settings.rate_hz)
+        speed = min(AT_MOST * limit, max(CATCHING_UP * limit, OF_THE_CHIRP * self.reference.bounds.speed))
+        reach = speed * min(now - self._last_at, LATE_TICKS / self.settings.rate_hz)
         if abs(position - last) <= reach:
             return position, velocity
-        ahead = math.copysign(CATCHING_UP, position - last)
-        return last + ahead * reach, ahead * limit
+        ahead = math.copysign(1.0, position - last)
+        return last + ahead * reach, ahead * speed
 
     def _check(self, now: float) -> None:
         """Ramp down when anything about the robot is wrong."""

@@ -43,6 +43,8 @@ STIFFEST = 0.75
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
 VISIBLE = 1.03
 """Gap over the noise floor from which it makes sense to say where it lies."""
+NOT_A_MODEL = 0.95
+"""Gap of the base over the torque's standard deviation from which the recording is not of such a joint."""
 AT_THE_LIMIT = 0.99
 """Of a sample: a delay or skew that the fit would have larger."""
 LEAST_S, LEAST_HELD_S = 4.0, 0.8
@@ -93,7 +95,8 @@ def explain(
     where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
     structured = left.structured(gaps[-1])
     named = any(not a.trial.objection for a in search.accepted) and bool(findings)
-    verdict = _verdict(named=named, determined=determined, structured=structured)
+    hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(base.values)[held]))
+    verdict = _verdict(named=named, sound=determined or (structured and not hopeless), structured=structured)
     unexplained = None
     if structured:
         place = where_left[0].text if where_left else "it is spread evenly"
@@ -231,9 +234,12 @@ def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
     )
 
 
-def _verdict(*, named: bool, determined: bool, structured: bool) -> GapVerdict:
-    """`named`: whether an effect was found, or put in by hand and nothing speaks against it."""
-    if not determined:
+def _verdict(*, named: bool, sound: bool, structured: bool) -> GapVerdict:
+    """`named`: whether an effect was found, or put in by hand and nothing speaks against it.
+
+    `sound`: whether the base is determined, or at least explains some of the torque and misses something that shows.
+    """
+    if not sound:
         return "rejected"
     if named:
         return "partly_explained" if structured else "explained"

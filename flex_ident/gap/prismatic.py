@@ -19,6 +19,10 @@ def prismatic_explanation(explanation: GapExplanation) -> GapExplanation:
         findings=tuple(_finding(f) for f in explanation.findings),
         where=where,
         where_left=where_left,
+        notices=tuple(
+            replace(n, message=unit_in_metres(n.message)) if n.code == "model_as_given" else n
+            for n in explanation.notices
+        ),
         unexplained=None if left is None else unit_in_metres(left),
         profiles={k: (_profile(a), _profile(b)) for k, (a, b) in explanation.profiles.items()},
     )

@@ -44,7 +44,7 @@ QUIET = 0.3
 """Excess over the noise under which a second mode is not searched for deeply."""
 ENOUGH = 0.9
 """Share of the closable gap from which what closed it is not doubted by a second mode."""
-MOST_OF_IT = 0.5
+MOST_OF_IT = 0.67
 """Share of the closable gap that all accepted effects must close together to be called its causes."""
 NEAR_TIE = 6.0
 """Difference of the BIC under which two effects cannot be told apart."""

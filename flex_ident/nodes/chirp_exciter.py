@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -25,15 +23,14 @@ from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.excitation import Exciter, Output
 from flex_ident.excitation.exciter import MOVING
 from flex_ident.excitation.limits import urdf_limits
-from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
 from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
 from flex_ident.nodes.exciter_settings import JOINTS, TOPICS, USAGE, Experiment, declare_all, experiment
+from flex_ident.nodes.exciter_state import LATCHED, StateReports
 from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, ReferenceMessages, joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
-from flex_ident.nodes.recorder import RawTopics, Recorder
+from flex_ident.nodes.recorder import RawTopics, Recorder, opened_recorder
 from flex_ident.nodes.running import quick_executor, run_node
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 READY_S, PATIENCE_S = 30.0, 3.0
 """Time after which an automatic start gives up: while something has yet to appear, and while the robot objects."""
 BEGIN_S = 1.0
@@ -43,7 +40,6 @@ DISCOVERY_S = 2.0
 HOUSEKEEPING_S = 0.1
 SWITCH_S = 2e-4
 """How long one thread may keep another from running: Python's 5 ms would be the jitter of the commands."""
-LEVELS = {"aborted": DiagnosticStatus.ERROR, "ramping_down": DiagnosticStatus.WARN}
 ABORTED = 3
 
 
@@ -62,8 +58,7 @@ class ChirpExciter(Node):
         values = self._experiment.values
         self._commands = self.create_publisher(self._messages().message_class, str(values["command.topic"]), 10)
         self._reference = self.create_publisher(JointState, "~/reference", 100)
-        self._state = self.create_publisher(DiagnosticStatus, "~/state", LATCHED)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._reports = StateReports(self)
         self._raw = RawTopics(self)
         self._states_topic = self.resolve_topic_name("joint_states")
         self._states_type = ""
@@ -74,7 +69,6 @@ class ChirpExciter(Node):
         self._punctuality = Punctuality(float(values["rate_hz"]))
         self._output: Output | None = None
         self._pending_since: float | None = None
-        self._published: tuple[str, str, int] | None = None
         self._refusal = ""
         self._idle_said: str | None = None
         self._wanted = bool(values["auto_start"])
@@ -248,23 +242,17 @@ class ChirpExciter(Node):
         self._recorder, self._bag = None, None
         if not directory:
             return
-        stem = f"{values['joint']}_{time.strftime('%Y%m%d_%H%M%S')}".replace("/", "_")
-        folder = unique_folder(Path(directory).expanduser().resolve(), stem)
         information = {
             "flex_ident_version": __version__,
             "flex_ident_parameters": json.dumps(values),
             "flex_ident_limits": json.dumps({k: str(v) for k, v in vars(self.exciter.limits).items()}),
         }
-        bag = BagFile(
-            folder, storage=str(values["recording.storage"]), information=information,
-            least_free=int(values["recording.least_free_mib"] * MIB),
-        )  # fmt: skip
-        recorder = Recorder(self, bag, values[TOPICS])
+        recorder = opened_recorder(self, Path(directory), values, information, values[TOPICS])
         recorder.announce(self._states_topic, JOINT_STATE)
         recorder.announce(self._reference.topic_name, JOINT_STATE)
         recorder.find_topics()
         self._lost_before = self._raw.lost
-        self._recorder, self._bag = recorder, folder
+        self._recorder, self._bag = recorder, recorder.bag.path
         if recorder.unpublished:
             self.get_logger().warning(f"not received so far: {recorder.unpublished}")
 
@@ -339,24 +327,7 @@ class ChirpExciter(Node):
             state = "idle"
         reason = reason or (self._refusal if state == "idle" else "")
         progress = self._output.progress if self._output is not None else 0.0
-        status = DiagnosticStatus(
-            level=LEVELS.get(state, DiagnosticStatus.OK), name=f"chirp_exciter: {self.exciter.settings.joint}",
-            message=f"{state}: {reason}" if reason else state, hardware_id=self.exciter.settings.joint,
-            values=[
-                KeyValue(key="state", value=state), KeyValue(key="reason", value=reason),
-                KeyValue(key="progress_percent", value=f"{100 * progress:.0f}"),
-                KeyValue(key="bag", value=str(self._bag or "")),
-            ],
-        )  # fmt: skip
-        mark = (state, reason, int(100 * progress))
-        if mark != self._published:
-            if self._published is not None and self._published[0] != state:
-                self.get_logger().info(state.replace("_", " ") + (f": {reason}" if reason else ""))
-            self._published = mark
-            self._state.publish(status)
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
+        self._reports.publish(self.exciter.settings.joint, state, reason, progress, str(self._bag or ""))
 
     def _finish(self) -> None:
         """Close the bag, say how it went, and end if asked to."""

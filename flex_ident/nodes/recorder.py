@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
@@ -10,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from flex_ident.errors import UsageError
-from flex_ident.nodes.bag_file import BagFile
+from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
 from flex_ident.nodes.message_types import definition_and_digest, message_class
 
 DEPTH = 2000
@@ -115,3 +117,15 @@ class Recorder:
         for topic in self._received:
             self._raw.end(topic)
         self.bag.close()
+
+
+def opened_recorder(
+    node: Node, directory: Path, values: Mapping[str, Any], information: dict[str, str], topics: list[str]
+) -> Recorder:
+    """A recorder into a new bag in a directory, named after the joint and the time. Raises FlexIdentError."""
+    stem = f"{values['joint']}_{time.strftime('%Y%m%d_%H%M%S')}".replace("/", "_")
+    bag = BagFile(
+        unique_folder(directory.expanduser().resolve(), stem), storage=str(values["recording.storage"]),
+        information=information, least_free=int(values["recording.least_free_mib"] * MIB),
+    )  # fmt: skip
+    return Recorder(node, bag, topics)

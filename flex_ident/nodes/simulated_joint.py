@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import sys
 import threading
 import time
 from array import array
+from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -36,9 +38,11 @@ from flex_ident.nodes.trajectory import TrajectoryCommand
 from flex_ident.virtual_joint import Measurement, VirtualJoint
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-QUEUE = 1000
-LONGEST_DELAY_S = 0.5
+QUEUE = 2000
+LONGEST_DELAY_S = 1.0
 """When the machine stood still for longer, the joint stood still as well; below, late samples are made up for."""
+LATE_TICKS = 3.0
+"""Samples from which the joint is late: each command is then taken when it was sent, not when it is looked at."""
 JUMP_NS = 5_000_000_000
 WARN_EVERY_S = 1.0
 LONGEST_SLEEP_S = 0.1
@@ -75,6 +79,7 @@ class SimulatedJoint(Node):
         )  # fmt: skip
         self._command = self._joint.command
         self._trajectory: TrajectoryCommand | None = None
+        self._waiting: deque[tuple[Any, dict[str, int]]] = deque()
         self._states = self.create_publisher(JointState, "joint_states", QUEUE)
         self._links = None
         if v["link_encoder"] and not self.model.rigid:
@@ -84,7 +89,7 @@ class SimulatedJoint(Node):
         forward = v["controller.type"] == "forward_command"
         self._take = self._take_forward if forward else self._take_trajectory
         self._commands = self.create_subscription(
-            Float64MultiArray if forward else JointTrajectory, str(v["controller.topic"]), self._take, 10,
+            Float64MultiArray if forward else JointTrajectory, str(v["controller.topic"]), self._take, QUEUE,
             callback_group=Polled(),
         )  # fmt: skip
         self._fault = str(v["fault"])
@@ -124,14 +129,13 @@ class SimulatedJoint(Node):
 
     # -- what comes in
 
-    def _arrived(self) -> Iterator[Any]:
-        """Commands that arrived since the last call."""
+    def _arrived(self, before_ns: float) -> Iterator[Any]:
+        """Commands sent before that instant of the system's clock that have not been taken yet."""
         with self._commands.handle:
-            while True:
-                taken = self._commands.handle.take_message(self._commands.msg_type, False)
-                if taken is None:
-                    return
-                yield taken[0]
+            while (taken := self._commands.handle.take_message(self._commands.msg_type, False)) is not None:
+                self._waiting.append(taken)
+        while self._waiting and self._waiting[0][1]["source_timestamp"] <= before_ns:
+            yield self._waiting.popleft()[0]
 
     def _ignored(self, why: str) -> None:
         self.get_logger().warning(f"command ignored: {why}", throttle_duration_sec=WARN_EVERY_S)
@@ -180,7 +184,8 @@ class SimulatedJoint(Node):
                 begin += late
                 origin += round(late * 1e9)
                 self.get_logger().warning(f"the machine stood still for {late:.1f} s, and the joint with it.")
-            for message in self._arrived():
+            catching_up = late > LATE_TICKS / pace and late <= LONGEST_DELAY_S
+            for message in self._arrived(time.time_ns() - 1e9 * late if catching_up else math.inf):
                 self._take(message)
             if self._trajectory is not None:
                 self._command = self._trajectory.at(self._joint.time)
@@ -230,6 +235,8 @@ def main(arguments: list[str] | None = None) -> int:
     def run(node: SimulatedJoint, asked: Sequence[str]) -> int:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
+        gc.collect()
+        gc.freeze()  # collections while the joint moves are short
         node.begin()
         try:
             spin(executor, asked)

@@ -26,4 +26,9 @@ def in_metres(p: Parameter) -> Parameter:
 
 def unit_in_metres(text: str) -> str:
     """A unit, or a text with units in it, for a prismatic joint."""
-    return text.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg")
+    return text.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg").replace("kg m²", "kg")
+
+
+def slides(result: Identification) -> bool:
+    """Whether a result is in the units of a prismatic joint."""
+    return any(p.unit == PRISMATIC_UNITS.get(p.key) for p in result.parameters)

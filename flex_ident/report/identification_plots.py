@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.parameters import CutoffSweep, FrequencyResponse, Identification, TorqueCurves
+from flex_ident.parameters.prismatic import slides, unit_in_metres
 from flex_ident.recording import Recording
 from flex_ident.report.figures import (
     LINK,
@@ -25,7 +28,16 @@ WINDOW_CYCLES_S = 3.0
 """Length of the close-up in Figure 2, s."""
 
 
-def signals_plot(recording: Recording) -> bytes:
+Words = Callable[[str], str]
+"""What puts a text with units into those of the joint."""
+
+
+def as_they_are(text: str) -> str:
+    """The texts of a revolute joint."""
+    return text
+
+
+def signals_plot(recording: Recording, words: Words = as_they_are) -> bytes:
     """Position, spring deflection where it was measured, and torque over time."""
     rows = 3 if recording.link_position is not None else 2
     with styled_figure(8.6, 1.75 * rows) as figure:
@@ -35,14 +47,14 @@ def signals_plot(recording: Recording) -> bytes:
         if recording.reference is not None:
             axes[0].plot(*thinned(t, recording.reference), color=QUIET, lw=0.8, label="reference", zorder=0)
             axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
-        axes[0].set_ylabel("position, rad")
+        axes[0].set_ylabel(words("position, rad"))
         axes[0].set_title("What was recorded")
         if recording.link_position is not None:
             deflection = recording.motor_position - recording.link_position
             axes[1].plot(*thinned(t, 1e3 * (deflection - np.median(deflection))), color=LINK)
-            axes[1].set_ylabel("motor minus\nlink, mrad")
+            axes[1].set_ylabel("motor minus\nlink, " + words("mrad"))
         axes[-1].plot(*thinned(t, recording.motor_torque), color=MEASURED)
-        axes[-1].set_ylabel("torque, N m")
+        axes[-1].set_ylabel(words("torque, N m"))
         axes[-1].set_xlabel("time, s")
         _shade_gaps(axes, recording)
         return png_bytes(figure)
@@ -55,7 +67,7 @@ def _shade_gaps(axes: list, recording: Recording) -> None:  # type: ignore[type-
             a.axvspan(start / recording.sample_rate_hz, stop / recording.sample_rate_hz, color=QUIET, alpha=0.3, lw=0)
 
 
-def frequency_response_plot(response: FrequencyResponse) -> bytes:
+def frequency_response_plot(response: FrequencyResponse, words: Words = as_they_are) -> bytes:
     """Apparent inertia and coherence over frequency with the fitted modes."""
     with styled_figure(8.6, 3.9) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
@@ -67,7 +79,7 @@ def frequency_response_plot(response: FrequencyResponse) -> bytes:
             top.plot([], [], color=colour, ls="--", lw=1.0, label=f"{name} {mode:.3g} Hz")
         if response.modes_hz:
             top.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
-        top.set_ylabel("torque over acceleration,\nkg m²")
+        top.set_ylabel("torque over acceleration,\n" + words("kg m²"))
         top.set_title("Apparent inertia (peak: locked motor, dip: free resonance)")
         bottom.semilogx(response.frequency_hz, response.coherence, color=QUIET)
         bottom.set_ylim(0, 1.05)
@@ -78,7 +90,7 @@ def frequency_response_plot(response: FrequencyResponse) -> bytes:
         return png_bytes(figure)
 
 
-def torque_plot(curves: TorqueCurves, fitted: NDArray[np.bool_] | None = None) -> bytes:
+def torque_plot(curves: TorqueCurves, fitted: NDArray[np.bool_] | None = None, words: Words = as_they_are) -> bytes:
     """Figure 2 of the paper: measured and predicted torque, their difference, and a close-up.
 
     Where `fitted` (n,) is False the difference is not drawn, and the time is shaded, as it is where samples are missing
@@ -93,7 +105,7 @@ def torque_plot(curves: TorqueCurves, fitted: NDArray[np.bool_] | None = None) -
         whole.plot(*thinned(t, curves.measured), color=MEASURED, label="measured")
         whole.plot(*thinned(t, curves.predicted), color=PREDICTED, lw=0.8, label="predicted")
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
-        whole.set_ylabel("torque, N m")
+        whole.set_ylabel(words("torque, N m"))
         whole.set_title("Measured and predicted torque, filtered alike (as Figure 2 of the paper)")
         error.plot(*thinned(t, np.where(shown, residual, np.nan)), color=QUIET, label="fitted")
         held = np.where(curves.validation & shown, residual, np.nan)
@@ -105,14 +117,14 @@ def torque_plot(curves: TorqueCurves, fitted: NDArray[np.bool_] | None = None) -
                 label = "left out: edges, standstill, gaps" if i == 0 else None
                 axes.axvspan(a, b, color=QUIET, alpha=0.22, lw=0, label=label, zorder=0)
         error.legend(loc="lower right", bbox_to_anchor=(1.0, 0.93), ncols=3)
-        error.set_ylabel("error, N m")
+        error.set_ylabel(words("error, N m"))
         error.sharex(whole)
         start = _liveliest(curves)
         part = (t >= start) & (t <= start + WINDOW_CYCLES_S)
         close.plot(t[part], curves.measured[part], color=MEASURED)
         close.plot(t[part], curves.predicted[part], color=PREDICTED, lw=1.0, ls="--")
         close.set_xlim(start, start + WINDOW_CYCLES_S)
-        close.set_ylabel("close-up, N m")
+        close.set_ylabel(words("close-up, N m"))
         close.set_xlabel("time, s")
         return png_bytes(figure)
 
@@ -159,11 +171,12 @@ def cutoff_sweep_plot(sweep: CutoffSweep, used_rad_s: float) -> bytes:
 
 def identification_figures(result: Identification, recording: Recording) -> dict[str, bytes]:
     """Every picture of a result as PNG, by file name."""
-    figures = {"signals": signals_plot(recording)}
+    words = unit_in_metres if slides(result) else as_they_are
+    figures = {"signals": signals_plot(recording, words)}
     if result.frequency_response is not None and result.frequency_response.frequency_hz.size > 3:
-        figures["frequency_response"] = frequency_response_plot(result.frequency_response)
+        figures["frequency_response"] = frequency_response_plot(result.frequency_response, words)
     if result.curves is not None:
-        figures["torque"] = torque_plot(result.curves, fitted_rows(result, recording))
+        figures["torque"] = torque_plot(result.curves, fitted_rows(result, recording), words)
     if result.cutoff_sweep is not None and result.filter is not None:
         figures["cutoff_sweep"] = cutoff_sweep_plot(result.cutoff_sweep, result.filter.cutoff_rad_s)
     return figures

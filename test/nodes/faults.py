@@ -281,6 +281,10 @@ is the larger of what the reference says and the step from one commanded positio
 'To standstill' is from the fault to the last reference that moves, detection included: {timeout} s of silence are
 allowed. 'Lost' is by how much the bag ends before the last reference that a third process received.
 A negative exit status is that of a process killed; 0 is a run that ended as if nothing had happened.
+
+Not in the table, as it is Fast DDS's own: the answer to a service call is dropped when the server has yet to discover
+the client (ros2/rmw_fastrtps, issue 842), most often on a busy machine. The call has had its effect all the same; what
+came of it is on the latched topics `/chirp_exciter/state` and `/identifier/result`.
 """
 
 

@@ -48,8 +48,10 @@ class Rig:
         self.references: list[tuple[float, float, float]] = []
         self.node = rclpy.create_node("rig")
         self.clients: dict[str, Client] = {}
-        for name in ("start", "stop"):  # before the exciter is there: it finds them as it comes
-            self._client(Trigger, f"/chirp_exciter/{name}")
+        # Before the nodes are there, which find them as they come.
+        self._client(Trigger, "/chirp_exciter/start")
+        self._client(Trigger, "/chirp_exciter/stop")
+        self._client(SetParameters, "/simulated_joint/set_parameters")
         self.node.create_subscription(DiagnosticStatus, "/chirp_exciter/state", self._on_state, LATCHED)
         self.node.create_subscription(Float64MultiArray, COMMANDS, self._on_command, 5000)
         self.node.create_subscription(JointState, "/chirp_exciter/reference", self._on_reference, 5000)

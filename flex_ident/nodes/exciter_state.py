@@ -1,0 +1,41 @@
+"""What the exciter says of itself: `~/state`, latched and when it changes, `/diagnostics`, and a line in the log."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LEVELS = {"aborted": DiagnosticStatus.ERROR, "ramping_down": DiagnosticStatus.WARN}
+
+
+class StateReports:
+    """Publishes a node's state."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._state = node.create_publisher(DiagnosticStatus, "~/state", LATCHED)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._published: tuple[str, str, int] | None = None
+
+    def publish(self, joint: str, state: str, reason: str, progress: float, bag: str) -> None:
+        """Say the state; `reason` is empty when there is none, `progress` a share, `bag` a path or empty."""
+        percent = int(100 * progress)
+        status = DiagnosticStatus(
+            level=LEVELS.get(state, DiagnosticStatus.OK), name=f"chirp_exciter: {joint}",
+            message=f"{state}: {reason}" if reason else state, hardware_id=joint,
+            values=[
+                KeyValue(key="state", value=state), KeyValue(key="reason", value=reason),
+                KeyValue(key="progress_percent", value=f"{percent}"), KeyValue(key="bag", value=bag),
+            ],
+        )  # fmt: skip
+        mark = (state, reason, percent)
+        if mark != self._published:
+            if self._published is not None and self._published[0] != state:
+                self._node.get_logger().info(state.replace("_", " ") + (f": {reason}" if reason else ""))
+            self._published = mark
+            self._state.publish(status)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._diagnostics.publish(array)

@@ -1,0 +1,36 @@
+"""A computer that pauses: neither the virtual joint nor the exciter makes a jump of it."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="needs rclpy")
+from rig import JOINT, VELOCITY_LIMIT, rig
+
+from flex_ident.bags import SignalSelection, read_recording
+
+pytestmark = pytest.mark.ros
+PAUSE_S = 0.35
+
+
+@pytest.mark.parametrize("node", ["simulated_joint", "chirp_exciter"])
+def test_a_pause_is_no_jump(node: str, tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.simulated_joint()
+        made.exciter(**{"limits.state_timeout_s": 1.0, "chirp.duration_s": 4.0, "rate_hz": 1000.0})
+        assert made.start_exciting() == ""
+        assert made.until("exciting"), made.output("chirp_exciter")
+        for _ in range(2):
+            made.spin(0.4)
+            made.processes[node].send_signal(signal.SIGSTOP)
+            made.spin(PAUSE_S)
+            made.processes[node].send_signal(signal.SIGCONT)
+        assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
+        recording = read_recording(made.bag(), SignalSelection(joint=JOINT, sensors="motor"))
+    speed = np.abs(np.diff(recording.motor_position)) * recording.sample_rate_hz
+    assert np.max(speed) < 0.9 * VELOCITY_LIMIT
+    assert made.largest_speed() <= VELOCITY_LIMIT
