@@ -28,6 +28,8 @@ BENT = 0.02
 HARDENINGS = (-0.1, -0.03, 0.01, 0.03, 0.1, 0.3)
 """Cubic over linear part of the spring's torque at the rms deflection of the best linear spring."""
 PERIODIC = ("torque_ripple", "kinematic_error")
+LEAST_FRICTION = 0.05
+"""Share of the link's viscous friction that is left when damping takes its part over."""
 SMOOTH_PROBE = 1e-3
 """Size of the probe of an effect that enters smoothly: what resonates is linear in small changes only."""
 PLAUSIBLE = 0.05
@@ -151,7 +153,7 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
                 yield one({"torque": 0.02 * load, "deflection": share * bend}, scaled=("torque",), one_sided=True)
         case "joint_damping":
             omega = math.sqrt(values["K"] / values["JL"])
-            yield slope("damping", values["K"] / omega, one_sided=True)
+            yield replace(slope("damping", values["K"] / omega, one_sided=True), anew=_unskewed(values))
         case "torque_ripple":
             yield from _periodic(name, problem, SMOOTH_PROBE * torque)
         case "kinematic_error":
@@ -197,6 +199,15 @@ def _clipped(problem: FitProblem, values: Mapping[str, float]) -> dict[str, floa
     except ExcitationError:
         return {}
     return _anew(values, {**found, "saturation.limit": limit})
+
+
+def _unskewed(values: Mapping[str, float]) -> dict[str, float]:
+    """A start with the damping that a skew of the encoders and the link's friction stood in for."""
+    damping = -values.get("link_skew", 0.0) * values["K"]
+    if damping <= 0.0:
+        return {}
+    friction = {k: max(v - damping, LEAST_FRICTION * v) for k, v in values.items() if k == "FV"}
+    return {**values, **friction, "link_skew": 0.0, "joint_damping.damping": damping}
 
 
 def _bent(problem: FitProblem, values: Mapping[str, float], bend: float) -> dict[str, float]:

@@ -58,6 +58,14 @@ def test_a_hidden_effect_is_named_and_measured(effect: str, parameters: dict[str
 
 
 @pytest.mark.slow
+def test_damping_is_found_that_a_skew_of_the_encoders_stands_in_for() -> None:
+    found = explained(PAPER_JOINT.with_effect("joint_damping", {"damping": 19.0}), seed=3, sensors="motor+link")
+    assert [f.effect for f in found.findings] == ["joint_damping"]
+    assert found.verdict == "explained"
+    assert found.findings[0].parameters[0].value == pytest.approx(19.0, rel=0.1)
+
+
+@pytest.mark.slow
 def test_gravity_left_out_by_hand_is_found_again() -> None:
     found = explained(PAPER_JOINT, sensors="motor+link", without=("MX", "MY"))
     assert found.findings[0].effect == "gravity"
