@@ -34,8 +34,8 @@ def both_positions(recording: Recording, at: Observation, *, measurement: bool) 
     torque = recording.motor_torque
     if measurement:
         names += ["offset", "torque_delay", "K link_zero", "K link_skew"]
-        motor += [one, -at.derivative(torque, 1), one, v]
-        link += [zero, zero, -one, -v]
+        motor += [one, -at.derivative(torque, 1), one, -v]
+        link += [zero, zero, -one, v]
     columns = tuple(names)
     return (np.column_stack(motor), torque, columns), (np.column_stack(link), zero, columns)
 

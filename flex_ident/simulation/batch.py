@@ -81,7 +81,7 @@ def simulated_links(
             for j in range(LANES):
                 c, s = cosine, sine
                 apart = w[j] - w[0]
-                if abs(apart) > NEAR:
+                if not abs(apart) <= NEAR:  # true of NaN as well: a lane that runs away must not take others with it
                     c, s = math.cos(w[j]), math.sin(w[j])
                 elif j > 0:
                     square = apart * apart

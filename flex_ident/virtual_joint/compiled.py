@@ -17,5 +17,8 @@ def compiled(function: F) -> F:
     """`function` compiled on its first call and cached on disk, or unchanged without numba."""
     if _njit is None:
         return function
-    jitted: F = _njit(cache=True, nogil=True)(function)
+    try:
+        jitted: F = _njit(cache=True, nogil=True)(function)
+    except RuntimeError:  # no folder to cache in: a read-only installation without a home
+        jitted = _njit(nogil=True)(function)
     return jitted
