@@ -48,6 +48,7 @@ def gap_options(values: Mapping[str, Value]) -> GapOptions:
         add=names_in(values["add"]),
         model=given_model(values),
         first_mode_hz=float(values["first_mode_hz"]) or None,
+        prismatic=bool(values["prismatic"]),
     )
 
 

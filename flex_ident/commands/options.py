@@ -7,6 +7,8 @@ from pathlib import Path
 
 from flex_ident.bags import SignalSelection
 from flex_ident.configuration.settings import Value
+from flex_ident.effects import check_effect_parameters
+from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import JointModel, read_joint_model
 
@@ -32,7 +34,15 @@ def signal_selection(values: Mapping[str, Value]) -> SignalSelection:
 def given_model(values: Mapping[str, Value]) -> JointModel | None:
     """The model file's content, if one was given. Raises ConfigurationError."""
     path = _text(values, "model")
-    return read_joint_model(Path(path).expanduser()) if path else None
+    if not path:
+        return None
+    model = read_joint_model(Path(path).expanduser())
+    try:
+        for name, parameters in model.effects.items():
+            check_effect_parameters(name, dict(parameters))
+    except FlexIdentError as error:
+        raise ConfigurationError(f"{path}: {error}") from error
+    return model
 
 
 def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:

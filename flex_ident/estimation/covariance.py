@@ -32,7 +32,10 @@ class Uncertainty:
     undetermined: tuple[tuple[str, ...], ...]
 
     def std(self, key: str) -> float:
-        """One standard deviation of a free key; infinite for one in an undetermined combination, 0 if not free."""
+        """One standard deviation of a free key; infinite for one in an undetermined combination, 0 if not free.
+
+        Of a key at its bound: as if there were none.
+        """
         if key not in self.free:
             return 0.0
         if any(key in group for group in self.undetermined):
@@ -75,8 +78,21 @@ def uncertainty_of(fit: Fit, rate_hz: float) -> Uncertainty:
     inner = likelihood * np.outer(factor, factor) / np.outer(scale, scale)
     full = np.zeros((len(fit.free), len(fit.free)))
     full[np.ix_(inside, inside)] = inner
+    at_bound = [i for i in range(len(fit.free)) if i not in inside]
+    if at_bound:
+        full[at_bound, at_bound] = _as_if_free(fit, variance)[at_bound]
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else float("inf")
     return Uncertainty(fit.free, full, condition, int(kept.sum()), tuple(undetermined))
+
+
+def _as_if_free(fit: Fit, variance: float) -> Floats:
+    """Variances (p,) of all free keys as if none had met its bound: how far from it a key may really lie."""
+    information = fit.jacobian.T @ fit.jacobian + fit.prior_information
+    scale = np.sqrt(np.diag(information))
+    scale[scale == 0.0] = 1.0
+    inverse = np.linalg.pinv(information / np.outer(scale, scale), rcond=WEAK_SINGULAR_VALUE**2, hermitian=True)
+    found: Floats = np.diag(inverse) / scale**2 * max(variance, 1.0)
+    return found
 
 
 def _scores(fit: Fit, jacobian: Floats) -> Floats:

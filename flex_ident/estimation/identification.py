@@ -12,6 +12,7 @@ from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
+from flex_ident.estimation.fit import key_bounds
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.estimation.verdict import SIGNALS, Evidence, identifiability_notices, is_identifiable, judged
@@ -19,6 +20,7 @@ from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
+    GRAVITY_KEYS,
     UNITS,
     FilterSettings,
     FitQuality,
@@ -27,6 +29,7 @@ from flex_ident.parameters import (
     Parameter,
     Sensors,
     TorqueCurves,
+    with_systematic,
 )
 from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.recording.magnitudes import NOT_SI
@@ -35,10 +38,9 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}
-SYSTEMATIC_FRICTION = 5e-3
-"""Relative standard deviation of what the method itself gets wrong (reversals rounded by the filter, the drive's torque
-within a sample), found on plants that are not its model (docs/benchmarks.md); joined to every statistical one."""
+MODEL_IGNORED = Notice(
+    "model_ignored", "the model given is not used: linear least squares needs no start and knows no effects."
+)
 GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 MOST_RIGID = 50.0
@@ -87,7 +89,7 @@ def _identified(
 ) -> Identification:
     sensors = chosen_sensors(recording, options.sensors)
     if options.method != "auto" or options.rigid:
-        return identify_linear(
+        found = identify_linear(
             recording,
             sensors=sensors,
             method="weighted" if options.method == "auto" else options.method,
@@ -95,6 +97,7 @@ def _identified(
             first_mode_hz=options.first_mode_hz,
             gravity=not prismatic,
         )
+        return found if options.model is None else replace(found, notices=(*found.notices, MODEL_IGNORED))
     try:
         return _simulated(recording, options, sensors, prismatic, progress)
     except ExcitationError as error:
@@ -109,7 +112,7 @@ def _simulated(
 ) -> Identification:
     """Maximum likelihood by simulation, rejected where a rigid joint does as well."""
     problem = fit_problem(recording, sensors=sensors, first_mode_hz=options.first_mode_hz)
-    keys: tuple[str, ...] = FLEXIBLE_KEYS
+    keys: tuple[str, ...] = tuple(k for k in FLEXIBLE_KEYS if not (prismatic and k in GRAVITY_KEYS))
     start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
     if options.model is not None:
         given = values_of(options.model)
@@ -185,10 +188,14 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     value = float(estimate.fit.values[key])
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_TERMS:
-        std = math.hypot(std, SYSTEMATIC.get(key, SYSTEMATIC_FRICTION) * value)
+        std = with_systematic(key, value, std)
     at_bound = key in estimate.fit.at_bound
+    ci95 = None
+    if at_bound:
+        low, high = key_bounds(key, {})
+        ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
     identifiable = True if key in MEASUREMENT_TERMS else is_identifiable(estimate, key)
-    return Parameter(key, value, std, unit_of(key), identifiable, at_bound=at_bound)
+    return Parameter(key, value, std, unit_of(key), identifiable, ci95=ci95, at_bound=at_bound)
 
 
 def modes_hz(values: Mapping[str, float]) -> dict[str, float]:

@@ -16,6 +16,7 @@ from flex_ident.estimation.start import delay_scanned_start, limit_scanned_start
 from flex_ident.filtering import first_mode
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.spring_start import dead_band_start
+from flex_ident.parameters import GRAVITY_KEYS
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -27,7 +28,6 @@ BENT = 0.02
 """Likewise for a spring whose law is scanned."""
 HARDENINGS = (-0.1, -0.03, 0.01, 0.03, 0.1, 0.3)
 """Cubic over linear part of the spring's torque at the rms deflection of the best linear spring."""
-PERIODIC = ("torque_ripple", "kinematic_error")
 LEAST_FRICTION = 0.05
 """Share of the link's viscous friction that is left when damping takes its part over."""
 SMOOTH_PROBE = 1e-3
@@ -136,7 +136,7 @@ def _of_effect(name: str, problem: FitProblem, values: Mapping[str, float], opti
         case "friction_drift":
             yield slope("rate", 1.0 / max(float(problem.time[-1]), 1.0))
         case "gravity":
-            missing = [k for k in ("MX", "MY") if k not in values]
+            missing = [k for k in GRAVITY_KEYS if k not in values and not options.prismatic]
             if missing:
                 each = tuple(
                     {f"gravity.{k}": SMOOTH_PROBE * torque / 9.81 * (k == m) for k in missing} for m in missing
@@ -273,7 +273,7 @@ def _link_mode(problem: FitProblem, values: Mapping[str, float]) -> tuple[float,
 
 
 def _periodic(name: str, problem: FitProblem, amplitude: float) -> Iterator[Candidate]:
-    """Spatial frequencies from half a period over the range of motion to what the band carries at moderate speed."""
+    """Spatial frequencies from one period over the range of motion to what the band carries at moderate speed."""
     reach = float(np.ptp(problem.motion.position))
     speed = float(np.sqrt(np.mean(problem.motion.velocity**2)))
     low = 2.0 * math.pi / reach

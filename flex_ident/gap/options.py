@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from flex_ident.effects import effect_named
 from flex_ident.errors import UsageError
 from flex_ident.estimation.options import SENSORS
-from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
+from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS, JointModel
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class GapOptions:
 
     `without`: base parameters to drop. `effects`: names the catalogue is restricted to, all when empty. `add`:
     effects put in by hand before the search. `model`: the base whose gap is sought. `first_mode_hz`: the
-    locked-motor frequency, if known.
+    locked-motor frequency, if known. `prismatic`: the joint slides, and gravity is a constant force.
     """
 
     sensors: str = "auto"
@@ -26,6 +26,7 @@ class GapOptions:
     add: tuple[str, ...] = ()
     model: JointModel | None = None
     first_mode_hz: float | None = None
+    prismatic: bool = False
 
     def __post_init__(self) -> None:
         if self.sensors not in SENSORS:
@@ -45,7 +46,12 @@ class GapOptions:
 
     @property
     def base_catalogue(self) -> tuple[str, ...]:
-        """Base keys: eq. 11, whose constant torque is an effect; J, FV, FS and offset of a rigid joint."""
+        """Base keys: eq. 11, whose constant torque is an effect; J, FV, FS and offset of a rigid joint.
+
+        Of a joint that slides the constant force is its weight.
+        """
         if self.rigid:
-            return tuple(k for k in RIGID_KEYS if k not in ("MX", "MY"))
+            return tuple(k for k in RIGID_KEYS if k not in GRAVITY_KEYS)
+        if self.prismatic:
+            return tuple(k for k in FLEXIBLE_KEYS if k not in GRAVITY_KEYS)
         return tuple(k for k in FLEXIBLE_KEYS if k != "offset")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from flex_ident.effects import effect_named
@@ -286,7 +286,7 @@ def _spread(shapes: list[Candidate]) -> list[Candidate]:
 
 def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     """The search with an effect put in, whatever speaks against it. Raises DataError."""
-    own = GapOptions(sensors=options.sensors, rigid=options.rigid, without=options.without, effects=(name,))
+    own = replace(options, effects=(name,), add=())
     tries = list(candidates(search.solver.problem, search.fit.values, own))
     found = scores(search.solver, search.fit, tries)
     if not found:

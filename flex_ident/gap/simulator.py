@@ -71,12 +71,14 @@ def compared_with_simulator(
     explanation = explain(measured, options, progress=progress)
     sensors = explanation.sensors if simulated.link_position is not None else "motor"
     own = explain(simulated, replace(options, sensors=sensors, model=None))
-    if own.verdict == "rejected":
+    if own.verdict == "rejected" or any(n.code == "base_not_determined" for n in own.notices):
         raise DataError(
             f"the simulated recording, {simulated.path}, does not determine its own model: let the simulation play the "
             "same motion, and record position and torque."
         )
-    base = identify(simulated, IdentifyOptions(sensors=sensors, rigid=options.rigid)) if not own.findings else own.final
+    base = own.final
+    if not own.findings:
+        base = identify(simulated, IdentifyOptions(sensors=sensors, rigid=options.rigid), prismatic=options.prismatic)
     found = {p.key: p for p in base.parameters}
     differences = tuple(
         Difference(found[p.key], p) for p in explanation.final.parameters if p.key in found and "." not in p.key

@@ -33,6 +33,8 @@ from flex_ident.nodes.running import quick_executor, run_node
 
 READY_S, PATIENCE_S = 30.0, 3.0
 """Time after which an automatic start gives up: while something has yet to appear, and while the robot objects."""
+RAMP_S = 5.0
+"""Time in which a joint that still moves when the node ends must have come to rest."""
 BEGIN_S = 1.0
 """Time in which a joint state must come after ~/start."""
 DISCOVERY_S = 2.0
@@ -228,9 +230,12 @@ class ChirpExciter(Node):
             if self.exciter.state in MOVING:
                 self.exciter.stop(why)
                 return
+        why = f"{why} before it moved"
+        if self._pending_since is not None:
+            self._cancel(why)
         if self._wanted:
             self._wanted = False
-            self._give_up(f"{why} before it moved")
+            self._give_up(why)
         if self._clock_thread is None:
             self.ending.set()
 
@@ -380,8 +385,13 @@ class ChirpExciter(Node):
         return CommandMessages(values["command.type"], joints, values["joint"], 1.0 / values["rate_hz"])
 
     def end(self) -> None:
-        """Stop the thread and close the bag, whatever state they are in."""
+        """Ramp down what still moves and close the bag, whatever state they are in."""
+        self._pending_since = None
         if self._clock_thread is not None:
+            with self._lock:
+                if self.exciter.state in MOVING:
+                    self.exciter.stop("the node ends")
+            self._clock_thread.join(RAMP_S)
             self._clock_thread.stop()
         if self._recorder is not None:
             self._recorder.close()

@@ -73,6 +73,11 @@ class CommandClock:
         """Whether the thread runs."""
         return self._thread.is_alive()
 
+    def join(self, timeout_s: float) -> None:
+        """Wait until the last tick."""
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+
     def stop(self, timeout_s: float = 1.0) -> None:
         """End at the next tick."""
         self._stopping.set()

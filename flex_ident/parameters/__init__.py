@@ -11,10 +11,19 @@ from flex_ident.parameters.identification import (
     Verdict,
 )
 from flex_ident.parameters.joint_model import JointModel, read_joint_model
-from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, PRISMATIC_UNITS, RIGID_KEYS, UNITS, Parameter
+from flex_ident.parameters.parameter import (
+    FLEXIBLE_KEYS,
+    GRAVITY_KEYS,
+    NON_NEGATIVE,
+    PRISMATIC_UNITS,
+    RIGID_KEYS,
+    UNITS,
+    Parameter,
+    with_systematic,
+)
 
 __all__ = [
-    "FLEXIBLE_KEYS", "NON_NEGATIVE", "PRISMATIC_UNITS", "RIGID_KEYS", "UNITS", "CutoffSweep", "FilterSettings",
-    "FitQuality", "FrequencyResponse", "Identification", "JointModel", "Parameter", "Sensors", "TorqueCurves",
-    "Verdict", "read_joint_model",
+    "FLEXIBLE_KEYS", "GRAVITY_KEYS", "NON_NEGATIVE", "PRISMATIC_UNITS", "RIGID_KEYS", "UNITS", "CutoffSweep",
+    "FilterSettings", "FitQuality", "FrequencyResponse", "Identification", "JointModel", "Parameter", "Sensors",
+    "TorqueCurves", "Verdict", "read_joint_model", "with_systematic",
 ]  # fmt: skip

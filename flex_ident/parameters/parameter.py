@@ -18,7 +18,18 @@ PRISMATIC_UNITS: dict[str, str] = {
 
 FLEXIBLE_KEYS = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "MX", "MY", "offset")
 RIGID_KEYS = ("J", "FV", "FS", "offset", "MX", "MY")
+GRAVITY_KEYS = ("MX", "MY")
+"""First moments; a joint that slides has none."""
 NON_NEGATIVE = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "J")
+SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}
+SYSTEMATIC_FRICTION = 5e-3
+"""Relative standard deviation of what the methods get wrong themselves (reversals rounded by the filter, the drive's
+torque within a sample), found on plants that are not their model (docs/benchmarks.md)."""
+
+
+def with_systematic(key: str, value: float, std: float) -> float:
+    """The statistical standard deviation of a parameter joined with what the method itself gets wrong."""
+    return math.hypot(std, SYSTEMATIC.get(key, SYSTEMATIC_FRICTION) * value)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from flex_ident.filtering.design import FilterDesign, filter_design
 from flex_ident.filtering.frequency_response import FirstMode, first_mode
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
+    GRAVITY_KEYS,
     RIGID_KEYS,
     UNITS,
     FilterSettings,
@@ -25,9 +26,9 @@ from flex_ident.parameters import (
     Parameter,
     Sensors,
     TorqueCurves,
+    with_systematic,
 )
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
-from flex_ident.regression.gravity import KEYS as GRAVITY_KEYS
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.inversion import PHYSICAL, table_3, weighted_inversion
 from flex_ident.regression.least_squares import LinearFit, least_squares
@@ -201,7 +202,10 @@ def _physical(
     """Parameters, combined parameters, derived quantities, and whether the values are physically possible."""
     if kind != "motor":
         keys = RIGID_KEYS if kind == "rigid" else FLEXIBLE_KEYS
-        parameters = tuple(_parameter(n, fit.value(n), fit.std(n)) for n in fit.names if n in keys)
+        known = {
+            n: fit.std(n) if method == "paper" else with_systematic(n, fit.value(n), fit.std(n)) for n in fit.names
+        }
+        parameters = tuple(_parameter(n, fit.value(n), known[n]) for n in fit.names if n in keys)
         if kind == "rigid":
             return parameters, (), {}, fit.value("J") > 0.0
         derived = _modes(fit.value("Jm"), fit.value("K"), fit.value("JL"))

@@ -35,8 +35,8 @@ class Observation:
 def paper_observation(recording: Recording, design: FilterDesign) -> Observation:
     """Section 3.2 of the paper to the letter: Butterworth forward and back, central differences, decimation.
 
-    The signal as such (order 0) is low-passed as its derivatives are. Edges: one period of the decimated clock plus
-    the differences' own samples are dropped at each end. Raises ExcitationError on too few samples.
+    The signal as such (order 0) is low-passed as its derivatives are. Edges: two periods of the decimated clock, or
+    what the differences need if that is more, are dropped at each end. Raises ExcitationError on too few samples.
     """
     rate = recording.sample_rate_hz
     n = recording.motor_position.size

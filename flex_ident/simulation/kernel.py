@@ -97,7 +97,7 @@ def interpolated(left: float, middle: float, right: float, x: float) -> float:
 
 @compiled
 def first_state(p: Floats, base: float, base_rate: float) -> tuple[float, float]:
-    """Link position and velocity at the start: static equilibrium, gravity included, plus the estimated deviation."""
+    """Link position and velocity at the start: at rest on the linear spring, plus the estimated deviation."""
     stiffness = p[K] if p[K] > 0.0 else 1.0
     q = base
     for _ in range(8):
