@@ -67,6 +67,11 @@ class CommandLaw:
         self._others_limits = others_effort if len(others_effort) == n else (math.inf,) * n
 
     @property
+    def others_at(self) -> tuple[float, ...]:
+        """Where the joints that hold were at the start, rad."""
+        return self._start.others
+
+    @property
     def rest(self) -> float:
         """The command of a joint at rest that nothing drives: no speed, or the effort that held it before."""
         return 0.0 if self.interface == "velocity" else self._inside(self._base)

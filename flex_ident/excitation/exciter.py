@@ -7,25 +7,23 @@ the commanded position and speed stay inside the limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.excitation.chirp import Reference
-from flex_ident.excitation.commands import INTERFACES, CommandLaw, Gains, Interface
+from flex_ident.excitation.commands import CommandLaw
 from flex_ident.excitation.following import Following
 from flex_ident.excitation.joint_states import JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, Travel, braking, travel
+from flex_ident.excitation.objections import STILL, start_objection
+from flex_ident.excitation.settings import ExciterSettings
 
 State = Literal["idle", "moving_to_start", "exciting", "ramping_down", "done", "aborted"]
 MOVING: tuple[State, ...] = ("moving_to_start", "exciting", "ramping_down")
-TICKS_PER_PERIOD = 10.0
-"""Commands that the highest frequency of the sweep needs in a period."""
 SETTLING_S = 2.0
 """Time after the way to the start pose in which the joint must arrive."""
-STILL = 0.05
-"""Speed, rad/s, above which a joint is not at rest."""
 EFFORT_MARGIN = 1.05
 """A drive that works at its limit reads a little more than that, for noise; more is a fault."""
 LATE_TICKS = 2.0
@@ -37,43 +35,6 @@ YIELD = 2.0
 """The reference yields to a joint that is held off it by up to this many tracking errors."""
 RELEASE_S = 0.5
 """Time in which an effort command returns to what held the joint before."""
-
-
-@dataclass(frozen=True)
-class ExciterSettings:
-    """How to excite: `start_position`, rad, None: where the joint is; `approach_velocity`, rad/s, on the way there.
-
-    `inertia`, kg m^2, when known, lets the effort be checked before anything moves. `carry_effort`: what the drive
-    exerts at rest goes on under effort commands; false for robots that bear gravity on their own. Raises
-    ConfigurationError.
-    """
-
-    joint: str
-    interface: Interface = "position"
-    rate_hz: float = 500.0
-    start_position: float | None = None
-    state_timeout_s: float = 0.1
-    approach_velocity: float = 0.2
-    gains: Gains = field(default_factory=Gains)
-    inertia: float = 0.0
-    carry_effort: bool = True
-    held: tuple[str, ...] = ()
-    """Names of the other joints that are commanded, in the order of `JointSample.others`."""
-    held_effort: tuple[float, ...] = ()
-    """Their effort limits, N m."""
-
-    def __post_init__(self) -> None:
-        if not self.joint:
-            raise ConfigurationError("joint is empty: name the joint that shall move.")
-        if self.interface not in INTERFACES:
-            raise ConfigurationError(
-                f"command.interface is '{self.interface}': expected one of {', '.join(INTERFACES)}."
-            )
-        for name in ("rate_hz", "state_timeout_s", "approach_velocity"):
-            if not getattr(self, name) > 0.0:
-                raise ConfigurationError(f"{name} is {getattr(self, name)}: it must be positive.")
-        if self.start_position is not None and not math.isfinite(self.start_position):
-            raise ConfigurationError(f"start_position is {self.start_position}: expected a number.")
 
 
 @dataclass(frozen=True)
@@ -116,68 +77,9 @@ class Exciter:
 
     def objection(self, now: float) -> str:
         """Why the joint must not move now: the number and the fix in one line; empty when it may."""
-        s, limits = self.settings, self.limits
         if self.state in MOVING:
             return f"already {self.state.replace('_', ' ')}: call ~/stop first."
-        why = self._watch.absence(now)
-        sample = self._watch.trusted(now)
-        if why or sample is None or sample.position is None:
-            return why
-        for name, position in zip(s.held, sample.others, strict=False):
-            if not math.isfinite(position):
-                return f"joint '{name}' of command.joints has no position in the joint states: check its name."
-        if math.isfinite(sample.velocity) and abs(sample.velocity) > STILL:
-            return f"'{s.joint}' moves at {sample.velocity:.2g} rad/s: let it come to rest."
-        if not limits.position_min <= sample.position <= limits.position_max:
-            return (
-                f"'{s.joint}' stands at {sample.position:.4g} rad, outside {limits.position_min:.4g} to "
-                f"{limits.position_max:.4g} rad: move it inside."
-            )
-        if abs(sample.effort) > limits.effort:
-            return (
-                f"'{s.joint}' exerts {abs(sample.effort):.3g} N m at rest, allowed are {limits.effort:.3g} N m: raise "
-                "limits.effort, or move it where gravity pulls less."
-            )
-        return self._chirp_objection(sample.position if s.start_position is None else s.start_position)
-
-    def _chirp_objection(self, center: float) -> str:
-        s, limits, bounds = self.settings, self.limits, self.reference.bounds
-        low, high = center + bounds.low, center + bounds.high
-        if not limits.position_min <= center <= limits.position_max:
-            return (
-                f"start_position {center:.4g} rad cannot be reached, allowed are {limits.position_min:.4g} to "
-                f"{limits.position_max:.4g} rad: change start_position."
-            )
-        if low < limits.position_min or high > limits.position_max:
-            room = min(
-                (center - limits.position_min) / max(-bounds.low, 1e-12),
-                (limits.position_max - center) / max(bounds.high, 1e-12),
-            )
-            return (
-                f"the chirp reaches {low:.4g} to {high:.4g} rad, allowed are {limits.position_min:.4g} to "
-                f"{limits.position_max:.4g} rad: reduce chirp.amplitude to {100 * room:.0f} % of what it is, or change "
-                "start_position."
-            )
-        if bounds.speed > limits.velocity:
-            return (
-                f"the chirp reaches {bounds.speed:.3g} rad/s, allowed are {limits.velocity:.3g} rad/s: reduce "
-                f"chirp.amplitude to {100 * limits.velocity / bounds.speed:.0f} % of what it is, or use chirp.profile "
-                "constant_velocity or constant_acceleration."
-            )
-        needed = s.inertia * bounds.acceleration
-        if needed > limits.effort:
-            return (
-                f"the chirp needs about {needed:.3g} N m, allowed are {limits.effort:.3g} N m: reduce chirp.amplitude "
-                f"to {100 * limits.effort / needed:.0f} % of what it is, or use chirp.profile constant_acceleration."
-            )
-        highest = s.rate_hz / TICKS_PER_PERIOD
-        if self.reference.highest_hz > highest:
-            return (
-                f"the chirp sweeps to {self.reference.highest_hz:g} Hz, commands at {s.rate_hz:g} Hz carry up to "
-                f"{highest:g} Hz: raise rate_hz to {TICKS_PER_PERIOD * self.reference.highest_hz:g}, or reduce "
-                "chirp.end_frequency_hz."
-            )
-        return ""
+        return start_objection(self.settings, self.limits, self.reference, self._watch, now)
 
     def start(self, now: float) -> str:
         """Begin to move to the start pose; the objection when that must not be, else empty."""
@@ -262,10 +164,20 @@ class Exciter:
         elif error > limits.tracking_error:
             why = f"the tracking error, {error:.3g} rad, exceeds {limits.tracking_error:.3g} rad"
             self._ramp_down(why, "aborted", yielding=True)
+        elif moved := self._moved_away(sample):
+            self._ramp_down(moved, "aborted")
         elif self.state == "exciting":
             why = self._following.fault(position, sample.position)
             if why:
                 self._ramp_down(why, "aborted")
+
+    def _moved_away(self, sample: JointSample) -> str:
+        """Which joint that shall hold does not; empty when all do."""
+        for name, position, held_at in zip(self.settings.held, sample.others, self._law.others_at, strict=False):
+            error = abs(position - held_at)
+            if error > self.limits.tracking_error:
+                return f"joint '{name}', which shall hold, is {error:.3g} rad away from where it was"
+        return ""
 
     def _ramp_down(self, why: str, after: State, *, yielding: bool = False) -> None:
         """Brake from here; `yielding`: something may be in the way that must not be pushed against for long."""

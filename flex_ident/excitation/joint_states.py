@@ -9,6 +9,8 @@ FROZEN_S = 0.25
 """Time after which readings that never change are called frozen, when the reference moved meanwhile."""
 FROZEN_EXCITING_S = 1.0
 """The same for any motion, however small, where velocity or effort are read too: those always change."""
+DRIFT_S = 0.2
+"""Time over which a speed is taken from positions."""
 MOVED = 1e-3
 """Way of the reference, rad, on which living readings change."""
 MOVED_POSITION_ALONE = 5e-3
@@ -49,6 +51,7 @@ class JointStateWatch:
         self._changed_at = math.inf
         self._lowest, self._highest = math.inf, -math.inf
         self._had_velocity = self._had_effort = False
+        self._past: list[JointSample] = []
 
     def observe(self, sample: JointSample) -> None:
         """Take a joint state."""
@@ -57,6 +60,8 @@ class JointStateWatch:
             return
         before = self._sample
         self._sample = sample
+        if not self._past or sample.received - self._past[-1].received > 0.5 * DRIFT_S:
+            self._past = [*self._past[-1:], sample]
         if before is None or before.position is None:
             self._changed_at = sample.received
             return
@@ -76,6 +81,20 @@ class JointStateWatch:
         self._lowest, self._highest = math.inf, -math.inf
         self._had_velocity = sample is not None and math.isfinite(sample.velocity)
         self._had_effort = sample is not None and math.isfinite(sample.effort)
+
+    def speeds(self) -> tuple[float, ...]:
+        """Speeds, rad/s, of the joint and of those that hold: as given, else by how far they have moved of late."""
+        sample = self._sample
+        if sample is None or sample.position is None:
+            return ()
+        given = (sample.velocity, *(sample.others_velocity or (math.nan,) * len(sample.others)))
+        past = self._past[0]
+        passed = sample.received - past.received
+        if passed < 0.25 * DRIFT_S or past.position is None:
+            return tuple(0.0 if math.isnan(v) else v for v in given)
+        pairs = zip((sample.position, *sample.others), (past.position, *past.others), strict=True)
+        moved = tuple((now - then) / passed for now, then in pairs)
+        return tuple(d if math.isnan(v) else v for v, d in zip(given, moved, strict=True))
 
     def trusted(self, now: float) -> JointSample | None:
         """The latest joint state when it is fresh and finite."""

@@ -15,10 +15,13 @@ def allowed_path(text: str, folders: Sequence[str], *, what: str) -> Path:
     """
     if not text:
         raise UsageError(f"parameter '{what}' is empty: set it to a path inside {', '.join(folders)}.")
-    roots = [Path(f).expanduser().resolve() for f in folders]
-    path = Path(text).expanduser()
-    resolved = (path if path.is_absolute() else roots[0] / path).resolve()
-    inside = [resolved, *(p.resolve() for p in resolved.iterdir())] if resolved.is_dir() else [resolved]
+    try:
+        roots = [Path(f).expanduser().resolve() for f in folders]
+        path = Path(text).expanduser()
+        resolved = (path if path.is_absolute() else roots[0] / path).resolve()
+        inside = [resolved, *(p.resolve() for p in resolved.iterdir())] if resolved.is_dir() else [resolved]
+    except (OSError, RuntimeError) as error:  # links in a circle, a name too long, a user that there is not
+        raise UsageError(f"{what} '{text[:80]}' is no path that can be followed ({error}).") from error
     if not all(any(p.is_relative_to(root) for root in roots) for p in inside):
         raise UsageError(f"{what} '{text}' lies outside the folders allowed: {', '.join(map(str, roots))}.")
     return resolved

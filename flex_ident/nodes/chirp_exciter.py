@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
@@ -19,6 +20,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flex_ident import __version__
+from flex_ident.commands.common import one_line
 from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.excitation import Exciter, Output
 from flex_ident.excitation.exciter import MOVING
@@ -56,6 +58,8 @@ class ChirpExciter(Node):
         declare_all(self)
         self._lock = threading.RLock()
         self._description: str | None = None
+        self._outdated = False
+        """Whether the limits are of an earlier description, as another came while the joint was busy."""
         self._take(experiment(self))
         values = self._experiment.values
         self._commands = self.create_publisher(self._messages().message_class, str(values["command.topic"]), 10)
@@ -83,7 +87,7 @@ class ChirpExciter(Node):
         self.create_subscription(String, "/robot_description", self._on_description, LATCHED)
         self.create_service(Trigger, "~/start", self._on_start)
         self.create_service(Trigger, "~/stop", self._on_stop)
-        self.create_timer(HOUSEKEEPING_S, self._housekeeping)
+        self.create_timer(HOUSEKEEPING_S, self._housekeeping, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.add_on_set_parameters_callback(self._on_parameters)
         self._publish_state()
 
@@ -101,6 +105,7 @@ class ChirpExciter(Node):
             except FlexIdentError as error:
                 problem = str(error)
         with self._lock:
+            self._outdated = False
             self._experiment, self._limits_problem = found, problem
             self.exciter = Exciter(settings, found.reference, limits)
 
@@ -108,20 +113,27 @@ class ChirpExciter(Node):
         """Take changes while nothing moves; refuse what is wrong."""
         try:
             with self._lock:
+                if self.exciter.state not in MOVING and self._clock_thread is not None:
+                    raise UsageError("the recording of the run before is being closed: try again.")
                 if self._busy():
                     state = self.exciter.state.replace("_", " ")
                     raise UsageError(f"'{self.exciter.settings.joint}' is {state}: call ~/stop first.")
+                if any(p.type_ == Parameter.Type.NOT_SET for p in parameters):
+                    raise UsageError("a parameter cannot be deleted: set it to its default.")
                 self._take(experiment(self, parameters))
         except FlexIdentError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _on_description(self, message: String) -> None:
+        if message.data == self._description:
+            return
         self._description = message.data
         with self._lock:
             if self.exciter.state in MOVING:
                 self.exciter.stop("/robot_description has changed")
-            else:
+            self._outdated = self._busy()
+            if not self._outdated:
                 self._take(self._experiment)
         if self._limits_problem:
             self.get_logger().warning(self._limits_problem)
@@ -129,7 +141,8 @@ class ChirpExciter(Node):
     # -- start and stop
 
     def _busy(self) -> bool:
-        return self.exciter.state in MOVING or self._pending_since is not None
+        """Whether a run begins, goes on, or has yet to be closed."""
+        return self.exciter.state in MOVING or self._pending_since is not None or self._clock_thread is not None
 
     def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         why = self._start()
@@ -152,6 +165,9 @@ class ChirpExciter(Node):
 
     def _objection(self) -> str:
         """Why nothing may move yet; empty when it may."""
+        if self._outdated and not self._busy():
+            self._take(self._experiment)
+            return "/robot_description has changed, and its limits with it: call again."
         if self._pending_since is not None:
             return "already starting: wait for ~/state."
         with self._lock:
@@ -177,7 +193,19 @@ class ChirpExciter(Node):
                 return f"no /robot_description has arrived and {missing} not given: give them, or publish it."
         if self._commands.get_subscription_count() == 0:
             return f"nobody listens on {self._commands.topic_name}: is the controller active?"
+        if others := self._other_masters():
+            return f"{others} publishes on {self._commands.topic_name} too: only one may command the robot."
         return "" if self._states_type else f"nobody publishes {self._states_topic}: does the robot's driver run?"
+
+    def _other_masters(self) -> str:
+        """Names of other nodes that may command the robot; empty when there are none."""
+        topic = self._commands.topic_name
+        if self.count_publishers(topic) < 2:
+            return ""
+        names = [i.node_name for i in self.get_publishers_info_by_topic(topic)]
+        if self.get_name() in names:
+            names.remove(self.get_name())
+        return ", ".join(sorted(set(names)))
 
     def _start(self) -> str:
         """Open the bag and have the next joint state begin the motion; the objection when that must not be."""
@@ -195,7 +223,7 @@ class ChirpExciter(Node):
         """Begin to move: opening the bag took a while, so all is checked again on a fresh joint state."""
         self._pending_since = None
         with self._lock:
-            why = self.exciter.start(now)
+            why = self._limits_problem or self.exciter.start(now)
         if why:
             self._cancel(why)
             return
@@ -252,9 +280,10 @@ class ChirpExciter(Node):
             "flex_ident_parameters": json.dumps(values),
             "flex_ident_limits": json.dumps({k: str(v) for k, v in vars(self.exciter.limits).items()}),
         }
-        recorder = opened_recorder(self, Path(directory), values, information, values[TOPICS])
-        recorder.announce(self._states_topic, JOINT_STATE)
-        recorder.announce(self._reference.topic_name, JOINT_STATE)
+        own = (self._states_topic, self._reference.topic_name)
+        recorder = opened_recorder(self, Path(directory), values, information, values[TOPICS], own)
+        for topic in own:
+            recorder.announce(topic, JOINT_STATE)
         recorder.find_topics()
         self._lost_before = self._raw.lost
         self._recorder, self._bag = recorder, recorder.bag.path
@@ -266,7 +295,14 @@ class ChirpExciter(Node):
         if self._recorder is not None:
             self._recorder.write(self._states_topic, data)
         settings = self.exciter.settings
-        sample = joint_sample(data, settings.joint, settings.held, now)
+        try:
+            sample = joint_sample(data, settings.joint, settings.held, now)
+        except Exception as error:  # whatever rclpy makes of bytes that are no joint state
+            why = f"a message on {self._states_topic} is no joint state ({one_line(error)})"
+            with self._lock:
+                self.exciter.stop(why)
+            self.get_logger().warning(why, throttle_duration_sec=1.0)
+            return
         with self._lock:
             self.exciter.observe(sample)
         if self._pending_since is not None and sample.position is not None:
@@ -288,6 +324,8 @@ class ChirpExciter(Node):
                     self.exciter.stop(recorder.bag.failure)
                 elif self._commands.get_subscription_count() == 0:
                     self.exciter.stop(f"nobody listens on {self._commands.topic_name} any more")
+                elif others := self._other_masters():
+                    self.exciter.stop(f"{others} publishes on {self._commands.topic_name} too")
         if self._pending_since is not None and now - self._pending_since > BEGIN_S:
             self._cancel(f"no joint state with '{self.exciter.settings.joint}' came for {BEGIN_S:g} s after ~/start.")
         if self._wanted:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.validate_topic_name import validate_topic_name
 
 from flex_ident.configuration.settings import Setting, Value
 from flex_ident.errors import ConfigurationError
@@ -135,6 +137,13 @@ def experiment(node: Node, changes: Iterable[Parameter] = ()) -> Experiment:
     values: dict[str, Any] = {s.key: s.checked(value(s.key), node.get_name()) for s in (*FIXED_SETTINGS, *SETTINGS)}
     values[START] = value(START)
     values |= {key: [str(v) for v in value(key) or () if v] for key in NAME_LISTS}
+    for topic in values[TOPICS]:
+        try:
+            validate_topic_name(topic)
+        except InvalidTopicNameException as error:
+            raise ConfigurationError(
+                f"{TOPICS}: '{topic}' is no topic's name ({str(error).splitlines()[0]})."
+            ) from None
     values |= {key: _numbers(key, value(key)) for key in NUMBER_LISTS}
     return Experiment(values)
 
@@ -181,7 +190,8 @@ def start_of(values: dict[str, Any]) -> float | None:
     if text == "current":
         return None
     if text == "gravity_rest":
-        return gravity_rest(values["mx"], values["my"], 0.0)
+        middle = 0.5 * (values["limits.position_min"] + values["limits.position_max"])
+        return gravity_rest(values["mx"], values["my"], middle if abs(middle) < math.tau else 0.0)
     try:
         number = float(text)
     except ValueError:

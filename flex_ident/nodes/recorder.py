@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from flex_ident.errors import UsageError
 from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
@@ -37,8 +37,11 @@ class RawTopics:
             return message_type
         kind = message_class(message_type)
         reliable = all(o.qos_profile.reliability == ReliabilityPolicy.RELIABLE for o in offers)
+        latched = all(o.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers)
         qos = QoSProfile(
-            depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+            depth=DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         )
         try:
             events = SubscriptionEventCallbacks(message_lost=self._on_lost)
@@ -61,11 +64,12 @@ class RawTopics:
 class Recorder:
     """Further topics into a bag, as soon as each is published, and what the node writes itself."""
 
-    def __init__(self, node: Node, bag: BagFile, topics: list[str]) -> None:
+    def __init__(self, node: Node, bag: BagFile, topics: list[str], own: Sequence[str] = ()) -> None:
+        """`topics` are recorded as they come, those of `own` are written by the node itself."""
         self.bag = bag
         self._node = node
         self._raw = RawTopics(node)
-        self._wanted = list(dict.fromkeys(node.resolve_topic_name(t) for t in topics))
+        self._wanted = list(dict.fromkeys(t for t in map(node.resolve_topic_name, topics) if t not in own))
         self._received: dict[str, int] = {}
         self._refused: dict[str, str] = {}
 
@@ -120,12 +124,13 @@ class Recorder:
 
 
 def opened_recorder(
-    node: Node, directory: Path, values: Mapping[str, Any], information: dict[str, str], topics: list[str]
-) -> Recorder:
+    node: Node, directory: Path, values: Mapping[str, Any], information: dict[str, str], topics: list[str],
+    own: Sequence[str],
+) -> Recorder:  # fmt: skip
     """A recorder into a new bag in a directory, named after the joint and the time. Raises FlexIdentError."""
     stem = f"{values['joint']}_{time.strftime('%Y%m%d_%H%M%S')}".replace("/", "_")
     bag = BagFile(
         unique_folder(directory.expanduser().resolve(), stem), storage=str(values["recording.storage"]),
         information=information, least_free=int(values["recording.least_free_mib"] * MIB),
     )  # fmt: skip
-    return Recorder(node, bag, topics)
+    return Recorder(node, bag, topics, own)

@@ -35,6 +35,13 @@ def test_a_whole_run_under_effort_commands() -> None:
     commands_stay_inside(made)
 
 
+@pytest.mark.parametrize("change", [{"effort": math.nan}, {"others_effort": ()}])
+def test_an_effort_that_is_not_measured_is_not_carried_on(change: dict[str, object]) -> None:
+    made = servo(interface="effort")
+    made.exciter.observe(replace(JointSample(made.now, made.now, 0.0, 0.0, GRAVITY, (0.7,), (0.0,), (2.0,)), **change))
+    assert "which command.carry_effort would go on with" in made.exciter.objection(made.now)
+
+
 def test_effort_returns_without_a_step_to_what_held_before() -> None:
     made = started(interface="effort", gains=Gains(100.0, 10.0, (30.0,), (3.0,)))
     made.run(2.0)
@@ -60,6 +67,24 @@ def test_other_joints_are_held_under_effort_commands() -> None:
     assert made.tick().others[0] == 20.0
 
 
+def test_a_joint_that_shall_hold_and_does_not_ends_the_run() -> None:
+    made = started()
+    made.run(1.5)
+    made.sample = lambda s: replace(s, others=(1.0,))
+    output = made.run(1.0)
+    assert output.state == "aborted"
+    assert "which shall hold, is 0.3 rad away from where it was" in output.reason
+
+
+def test_a_joint_that_drifts_without_a_velocity_reading_is_seen_to_move() -> None:
+    made = servo()
+    exciter = made.exciter
+    for k in range(200):
+        now = made.now + 0.002 * k
+        exciter.observe(JointSample(now, now, 0.06 * 0.002 * k, others=(0.7,)))
+    assert "moves at 0.06 rad/s: let it come to rest" in exciter.objection(now)
+
+
 def test_effort_commands_need_gains_for_the_joints_that_hold() -> None:
     made = servo(interface="effort", gains=Gains(5.0, 0.0))
     assert "one of each for the 1 other joints" in made.exciter.start(made.now)
@@ -76,6 +101,9 @@ def test_effort_commands_need_gains_for_the_joints_that_hold() -> None:
         ({"limits": replace(LIMITS, effort=0.5)}, "exerts 1 N m at rest, allowed are 0.5"),
         ({"chirp": replace(CHIRP, end_frequency_hz=80.0)}, "carry up to 50 Hz: raise rate_hz to 800"),
         ({"inertia": 100.0}, "allowed are 50 N m"),
+        ({"limits": Limits(velocity=1.0)}, "limits.position_min, limits.position_max not known"),
+        ({"limits": replace(LIMITS, velocity=math.inf)}, "limits.velocity not known"),
+        ({"limits": replace(LIMITS, effort=math.inf), "interface": "effort"}, "limits.effort not known"),
     ],
 )
 def test_refusals_say_the_number_and_the_fix(kwargs: dict[str, object], text: str) -> None:

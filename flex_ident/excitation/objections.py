@@ -1,0 +1,119 @@
+"""What must hold before a joint moves: each objection is a line with the number and the fix."""
+
+from __future__ import annotations
+
+import math
+
+from flex_ident.excitation.chirp import Reference
+from flex_ident.excitation.joint_states import JointSample, JointStateWatch
+from flex_ident.excitation.limits import Limits
+from flex_ident.excitation.settings import ExciterSettings
+
+TICKS_PER_PERIOD = 10.0
+"""Commands that the highest frequency of the sweep needs in a period."""
+STILL = 0.05
+"""Speed, rad/s, above which a joint is not at rest."""
+
+
+def start_objection(
+    settings: ExciterSettings, limits: Limits, reference: Reference, watch: JointStateWatch, now: float
+) -> str:
+    """Why a joint at rest must not begin to move now; empty when it may."""
+    why = _open(settings, limits) or watch.absence(now)
+    sample = watch.trusted(now)
+    if why or sample is None or sample.position is None:
+        return why
+    here = sample.position
+    center = here if settings.start_position is None else settings.start_position
+    return (
+        _moving(settings, sample, watch)
+        or _placed(settings, limits, here)
+        or _effort(settings, limits, sample)
+        or chirp_objection(settings, limits, reference, center)
+    )
+
+
+def _open(s: ExciterSettings, limits: Limits) -> str:
+    """Limits without which nothing moves and that neither parameters nor URDF give."""
+    needed = ("position_min", "position_max", "velocity", *(("effort",) if s.interface == "effort" else ()))
+    missing = ", ".join(f"limits.{name}" for name in needed if not math.isfinite(getattr(limits, name)))
+    return (
+        f"{missing} not known, neither from the parameters nor from /robot_description: give them." if missing else ""
+    )
+
+
+def _moving(s: ExciterSettings, sample: JointSample, watch: JointStateWatch) -> str:
+    speeds = watch.speeds()
+    for name, position, speed in zip((s.joint, *s.held), (sample.position, *sample.others), speeds, strict=False):
+        if position is None or not math.isfinite(position):
+            return f"joint '{name}' of command.joints has no position in the joint states: check its name."
+        if abs(speed) > STILL:
+            return f"'{name}' moves at {speed:.2g} rad/s: let it come to rest."
+    return ""
+
+
+def _placed(s: ExciterSettings, limits: Limits, here: float) -> str:
+    if limits.position_min <= here <= limits.position_max:
+        return ""
+    return (
+        f"'{s.joint}' stands at {here:.4g} rad, outside {limits.position_min:.4g} to {limits.position_max:.4g} rad: "
+        "move it inside."
+    )
+
+
+def _effort(s: ExciterSettings, limits: Limits, sample: JointSample) -> str:
+    if abs(sample.effort) > limits.effort:
+        return (
+            f"'{s.joint}' exerts {abs(sample.effort):.3g} N m at rest, allowed are {limits.effort:.3g} N m: raise "
+            "limits.effort, or move it where gravity pulls less."
+        )
+    if s.interface == "effort" and s.carry_effort:
+        efforts = (sample.effort, *(sample.others_effort or (math.nan,) * len(s.held)))
+        for name, effort in zip((s.joint, *s.held), efforts, strict=False):
+            if not math.isfinite(effort):
+                return (
+                    f"the joint states hold no effort of '{name}', which command.carry_effort would go on with: set it "
+                    "false where the robot bears gravity on its own, else have the driver publish efforts."
+                )
+    return ""
+
+
+def chirp_objection(s: ExciterSettings, limits: Limits, reference: Reference, center: float) -> str:
+    """Why the chirp around `center`, rad, must not be played."""
+    bounds = reference.bounds
+    low, high = center + bounds.low, center + bounds.high
+    if not limits.position_min <= center <= limits.position_max:
+        return (
+            f"start_position {center:.4g} rad cannot be reached, allowed are {limits.position_min:.4g} to "
+            f"{limits.position_max:.4g} rad: change start_position."
+        )
+    if low < limits.position_min or high > limits.position_max:
+        room = min(
+            (center - limits.position_min) / max(-bounds.low, 1e-12),
+            (limits.position_max - center) / max(bounds.high, 1e-12),
+        )
+        return (
+            f"the chirp reaches {low:.4g} to {high:.4g} rad, allowed are {limits.position_min:.4g} to "
+            f"{limits.position_max:.4g} rad: reduce chirp.amplitude to {100 * room:.0f} % of what it is, or change "
+            "start_position."
+        )
+    if bounds.speed > limits.velocity:
+        return (
+            f"the chirp reaches {bounds.speed:.3g} rad/s, allowed are {limits.velocity:.3g} rad/s: reduce "
+            f"chirp.amplitude to {100 * limits.velocity / bounds.speed:.0f} % of what it is, or use chirp.profile "
+            "constant_velocity or constant_acceleration."
+        )
+    needed = s.inertia * bounds.acceleration
+    if needed > limits.effort:
+        return (
+            f"the chirp needs about {needed:.3g} N m, allowed are {limits.effort:.3g} N m: reduce chirp.amplitude "
+            f"to {100 * limits.effort / needed:.0f} % of what it is, or use chirp.profile constant_acceleration."
+        )
+    highest = s.rate_hz / TICKS_PER_PERIOD
+    if reference.highest_hz > highest:
+        return (
+            f"the chirp sweeps to {reference.highest_hz:g} Hz, commands at {s.rate_hz:g} Hz carry up to "
+            f"{highest:g} Hz: raise rate_hz to {TICKS_PER_PERIOD * reference.highest_hz:g}, or reduce "
+            "chirp.end_frequency_hz."
+        )
+    return ""
