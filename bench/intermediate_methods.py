@@ -53,7 +53,7 @@ def by_instruments(recording: Recording, sensors: str) -> dict[str, float]:
     """
     assert recording.reference is not None
     at = clean_observation(recording, band_hz=min(BAND_HZ, excited_band_hz(recording)))
-    matrix, target, names = motor_only(recording, at, filtered_torque=True)
+    matrix, target, names = motor_only(recording, at)
     matrix, target = at.reduced(matrix), at.reduced(target[:, None])[:, 0]
     first = least_squares(matrix, target, names)
     clean = Recording(
@@ -64,7 +64,7 @@ def by_instruments(recording: Recording, sensors: str) -> dict[str, float]:
         path="",
         sha256="",
     )
-    instruments = at.reduced(motor_only(clean, at, filtered_torque=True)[0])
+    instruments = at.reduced(motor_only(clean, at)[0])
     scale = np.linalg.norm(instruments, axis=0)
     projected = (instruments / scale).T
     solution = np.linalg.lstsq(projected @ matrix, projected @ target, rcond=1e-12)[0]

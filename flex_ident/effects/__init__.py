@@ -2,6 +2,5 @@
 
 from flex_ident.effects.catalogue import CATALOGUE, check_effect_parameters, effect_named
 from flex_ident.effects.effect import Effect, EffectParameter
-from flex_ident.effects.model_terms import model_terms
 
-__all__ = ["CATALOGUE", "Effect", "EffectParameter", "check_effect_parameters", "effect_named", "model_terms"]
+__all__ = ["CATALOGUE", "Effect", "EffectParameter", "check_effect_parameters", "effect_named"]

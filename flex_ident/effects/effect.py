@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from flex_ident.recording import Floats
@@ -51,8 +51,6 @@ class Effect:
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
     imitable: float = 1.0
     """Share of the error of method and laws that could look like this effect."""
-    shape: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    """Parameters that enter nonlinearly: relative grid to search (the caller scales it by the recording)."""
 
     def parameter(self, name: str) -> EffectParameter:
         """The parameter of that name; KeyError if there is none."""

@@ -32,8 +32,6 @@ class Score:
     orthogonal: float
     mark: float
     sizes: tuple[float, ...]
-    direction: Floats
-    """The explained part of the residual (r,), unit norm."""
 
 
 def scores(solver: SimulationFit, fit: Fit, tried: Iterable[Candidate]) -> list[Score]:
@@ -97,9 +95,8 @@ def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats)
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     solution, *_ = np.linalg.lstsq(rest, -residual, rcond=1e-9)
     if candidate.one_sided and solution[0] <= 0.0:
-        return Score(candidate, 0.0, orthogonal, mark, (candidate.plausible,), np.zeros_like(residual))
+        return Score(candidate, 0.0, orthogonal, mark, (candidate.plausible,))
     explained = rest @ solution
     size = float(np.linalg.norm(explained))
     # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.
-    direction = explained / size if size > 0.0 else explained
-    return Score(candidate, size**2, orthogonal, mark, tuple(map(float, solution)), direction)
+    return Score(candidate, size**2, orthogonal, mark, tuple(map(float, solution)))

@@ -167,7 +167,7 @@ def _equations(recording: Recording, at: Observation, kind: str, method: str, gr
         return (rigid(recording, at, gravity=gravity),)
     if kind == "both":
         return both_positions(recording, at, measurement=method == "weighted")
-    return (motor_only(recording, at, filtered_torque=True),)
+    return (motor_only(recording, at),)
 
 
 def _reduced(halves: tuple[Equations, ...], at: Observation) -> Equations:

@@ -40,7 +40,7 @@ def both_positions(recording: Recording, at: Observation, *, measurement: bool) 
     return (np.column_stack(motor), torque, columns), (np.column_stack(link), zero, columns)
 
 
-def motor_only(recording: Recording, at: Observation, *, filtered_torque: bool) -> Equations:
+def motor_only(recording: Recording, at: Observation) -> Equations:
     """Eqs. 18 to 20: the link's position eliminated, gravity and the link's Coulomb friction neglected.
 
     Gamma_m = - X1 Gamma_m'' - X2 Gamma_m' + X3 qm'''' + X4 qm''' + X5 qm'' + X6 qm' + X7 sign(qm')
@@ -48,8 +48,7 @@ def motor_only(recording: Recording, at: Observation, *, filtered_torque: bool) 
     qm, torque = recording.motor_position, recording.motor_torque
     q1, q2, q3, q4 = (at.derivative(qm, k) for k in (1, 2, 3, 4))
     columns = [-at.derivative(torque, 2), -at.derivative(torque, 1), q4, q3, q2, q1, at.sign(q1, q2)]
-    target = at.derivative(torque, 0) if filtered_torque else torque
-    return np.column_stack(columns), target, ("X1", "X2", "X3", "X4", "X5", "X6", "X7")
+    return np.column_stack(columns), at.derivative(torque, 0), ("X1", "X2", "X3", "X4", "X5", "X6", "X7")
 
 
 def rigid(recording: Recording, at: Observation, *, gravity: bool) -> Equations:

@@ -29,7 +29,6 @@ class Observation:
     sign: Callable[[Floats, Floats], Floats]
     reduced: Callable[[Floats], Floats]
     time: Floats
-    rows_lost: int
 
 
 def paper_observation(recording: Recording, design: FilterDesign) -> Observation:
@@ -55,7 +54,7 @@ def paper_observation(recording: Recording, design: FilterDesign) -> Observation
         return decimated(columns[edge : n - edge], design.decimation)
 
     time = recording.time[edge : n - edge][:: design.decimation]
-    return Observation(derivative, lambda v, a: np.sign(v), reduced, time, 2 * edge)
+    return Observation(derivative, lambda v, a: np.sign(v), reduced, time)
 
 
 def clean_observation(recording: Recording, *, band_hz: float, trim_s: float = 1.0) -> Observation:
@@ -102,4 +101,4 @@ def clean_observation(recording: Recording, *, band_hz: float, trim_s: float = 1
             return coarse(columns)[0][::keep][rows]
         return np.column_stack([coarse(c)[0][::keep][rows] for c in columns.T])
 
-    return Observation(derivative, sign, reduced, recording.time[::keep][rows], int(n - usable.sum()))
+    return Observation(derivative, sign, reduced, recording.time[::keep][rows])

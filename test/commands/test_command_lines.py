@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flex_ident.bags import writing
 from flex_ident.commands.common import finite_number, seed_number
 from flex_ident.commands.flex_ident import main as flex_ident
 from flex_ident.commands.identify_bag import main as identify_bag
 from flex_ident.parameters import Parameter
 from flex_ident.report.table import delay_text, meaning_of, parameter_row, percent_text
-
-writing = pytest.importorskip("flex_ident.bags.writing")
 
 
 @pytest.fixture(scope="module")

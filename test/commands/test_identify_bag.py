@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flex_ident.bags import writing as rosbags_writing
 from flex_ident.parameters import read_joint_model
 
-rosbags_writing = pytest.importorskip("flex_ident.bags.writing")
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
 RATE_HZ = 500.0
 

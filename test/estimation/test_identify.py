@@ -72,7 +72,7 @@ def test_paper_method_on_the_motor_alone_says_that_it_is_poor() -> None:
     recording = virtual_recording(JOINTS["paper"], EXPERIMENT, chain(20), seed=2)
     result = identify(recording, IdentifyOptions(sensors="motor", method="paper", first_mode_hz=3.9))
     assert result.verdict != "trusted"
-    assert result.derived["x5_sigmas"] >= 0.0
+    assert result.derived["x5_sigmas"] > 3.0
     assert {n.code for n in result.notices} & {"x5_inconsistent", "simplified_model"}
     assert result.parameter("K").value < 0.8 * JOINTS["paper"].value("K")
 
@@ -81,9 +81,9 @@ def test_a_sweep_below_the_mode_is_not_trusted_for_stiffness() -> None:
     slow = Experiment(start_frequency_hz=0.05, end_frequency_hz=1.0, duration_s=30.0, sample_rate_hz=500.0)
     recording = virtual_recording(COBOT_JOINT, slow, chain(20), seed=3)
     result = identify(recording, IdentifyOptions(sensors="motor"))
-    k = result.parameter("K")
-    honest = not k.identifiable or abs(k.value / COBOT_JOINT.value("K") - 1.0) < 3.0 * k.std / k.value
-    assert result.verdict != "trusted" or honest
+    assert result.verdict == "rejected"
+    assert "rigid_as_well" in [n.code for n in result.notices]
+    assert not result.parameter("K").identifiable
 
 
 def test_four_derivatives_at_a_low_rate_are_refused_with_the_rate() -> None:
