@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flex_ident.bags.encoders import refuse_opposite, repeats_motor, unwrapped
 from flex_ident.bags.finding import SignalFinder, SignalPlaces
 from flex_ident.bags.motions import STILL, JointMotion, joint_motions
 from flex_ident.bags.raw_signals import raw_signals
@@ -22,8 +23,6 @@ from flex_ident.recording.recording import Role
 __all__ = ["STILL", "JointMotion", "Progress", "joint_motions", "read_recording"]
 
 Progress = Callable[[float], None]
-SAME = 1e-9
-"""Difference, over the range, up to which two positions are one number written twice."""
 
 
 def read_recording(
@@ -65,13 +64,16 @@ def _signals(
     raw = _by_role(chosen, found, selection)
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     signals, dropped, origin = signals_of(raw, joint=chosen.joint, factors=factors)
-    if _repeats_motor(signals):
+    signals, wrapped = unwrapped(signals, factors)
+    if repeats_motor(signals):
         if selection.link_position or selection.sensors == "motor+link":
             raise _no_second_encoder(raw["link_position"].source)
         text = f"{raw['link_position'].source} repeats the motor position number by number: left out."
         dropped.append(Notice("link_repeats_motor", text))
         signals = [signal for signal in signals if signal.role != "link_position"]
-    collected = dict.fromkeys([*bag.notices(), *notices, *dropped, *_current_notices(selection, chosen)])
+    refuse_opposite(signals)
+    said = [*bag.notices(), *notices, *dropped, *wrapped, *_unit_notices(selection, chosen)]
+    collected = dict.fromkeys(said)
     return chosen.joint, signals, list(collected), origin
 
 
@@ -101,12 +103,21 @@ def _range(raw: RawSignal) -> float:
     return float(np.ptp(finite)) if finite.size else 0.0
 
 
-def _current_notices(selection: SignalSelection, places: SignalPlaces) -> list[Notice]:
-    """A warning when the effort's place is named for a current and nothing converts it."""
-    if "current" not in places.torque.source.lower() or selection.effort_scale != 1.0:
+def _unit_notices(selection: SignalSelection, places: SignalPlaces) -> list[Notice]:
+    """Warnings when the effort is by its name a current, or the motor's position on the other side of the gear."""
+    if selection.effort_scale != 1.0:
         return []
-    text = f"{places.torque.source} is by its name a current: give N m per ampere with --effort-scale."
-    return [Notice("effort_not_si", text)]
+    notices = []
+    if "current" in places.torque.source.lower():
+        text = f"{places.torque.source} is by its name a current: give N m per ampere with --effort-scale."
+        notices.append(Notice("effort_not_si", text))
+    if abs(selection.gear_ratio) != 1.0:
+        text = (
+            f"the motor position was divided by {selection.gear_ratio:g}, and the effort taken as N m on the link "
+            f"side: if it is the motor shaft's too, give --effort-scale {selection.gear_ratio:g}."
+        )
+        notices.append(Notice("effort_side", text))
+    return notices
 
 
 def _no_second_encoder(source: str) -> SignalError:
@@ -114,20 +125,6 @@ def _no_second_encoder(source: str) -> SignalError:
         f"link position {source} is the motor position itself: name a second encoder's with --link-position, or take "
         "--sensors motor."
     )
-
-
-def _repeats_motor(signals: list[Signal]) -> bool:
-    """Whether the link's position is the motor's, number by number, over the gear or not: no second encoder."""
-    by_role = {s.role: s for s in signals}
-    motor, link = by_role["motor_position"], by_role.get("link_position")
-    if link is None:
-        return False
-    tolerance = SAME * float(np.ptp(motor.values))
-    if motor.values.size == link.values.size and np.allclose(motor.values, link.values, rtol=0.0, atol=tolerance):
-        return True
-    inside = (link.time >= motor.time[0]) & (link.time <= motor.time[-1])
-    there = np.interp(link.time[inside], motor.time, motor.values)
-    return bool(inside.any()) and np.allclose(there, link.values[inside], rtol=0.0, atol=tolerance)
 
 
 def _check_signals(signals: list[Signal], joint: str, *, named: bool) -> None:

@@ -26,10 +26,11 @@ def compared(paths: Sequence[Path]) -> str:
         unit = next(p.unit for p in found if p is not None)
         row = [key, unit]
         for p in found:
-            row.append("-" if p is None else f"{rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)}")
+            other = "" if p is None or p.unit == unit else f" {p.unit}"
+            row.append("-" if p is None else f"{rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)}{other}")
         base = found[0]
         for p in found[1:]:
-            if base is None or p is None:
+            if base is None or p is None or base.unit != p.unit:
                 row += ["-", "-"]
                 continue
             difference, std = p.value - base.value, math.hypot(p.std, base.std)
@@ -39,6 +40,8 @@ def compared(paths: Sequence[Path]) -> str:
             row += [f"{rounded(difference, std)}{share}", f"{sigmas:.1f}{mark}"]
         rows.append(row)
     lines = [f"{_title(i)}: {r.path} ({r.joint}, {r.sensors}, {r.method}, {r.verdict})" for i, r in enumerate(results)]
+    if len({r.joint for r in results}) > 1:
+        lines.append("these are results of different joints")
     lines += ["", text_table(header, rows, right=range(2, len(header))), ""]
     lines.append(f"values ± 2σ; * differs from {first.joint} in A by more than {BEYOND_CHANCE:.0f} standard deviations")
     return "\n".join(lines)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +67,9 @@ def finished_explanation(
     read(recording)
     compared: SimulatorGap | None = None
     if values["simulated"]:
-        simulated = read_recording(Path(str(values["simulated"])).expanduser(), selection)
+        # A simulator speaks SI on the link side, whatever the robot's driver does.
+        own = replace(selection, effort_scale=1.0, gear_ratio=1.0)
+        simulated = read_recording(Path(str(values["simulated"])).expanduser(), own)
         compared = compared_with_simulator(
             recording, simulated, options, progress=lambda x, _t: progress("explaining", x)
         )
@@ -81,6 +83,6 @@ def finished_explanation(
     if compared is not None:
         content["simulated"] = simulator_content(compared)
     place = folder(recording.joint)
-    paths = {} if place is None else write_explanation(explanation, recording, place, plots=plots)
+    paths = {} if place is None else write_explanation(explanation, recording, place, content, plots=plots)
     beside = place is not None and (place / "result.json").exists()
     return FinishedExplanation(explanation, content, paths, compared, beside)

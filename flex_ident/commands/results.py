@@ -32,6 +32,9 @@ class StoredResult:
 def stored_result(path: Path) -> StoredResult:
     """The result in a `result.json` or in the folder that holds one. Raises DataError."""
     file = path / "result.json" if path.is_dir() else path
+    if not file.exists() and (path / "gap.json").exists():
+        model = path / "model.yaml"
+        raise DataError(f"{path} holds an explanation, no result: identify_bag BAG --model {model} makes one.")
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:

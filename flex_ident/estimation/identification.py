@@ -41,6 +41,10 @@ Progress = Callable[[float], None]
 MODEL_IGNORED = Notice(
     "model_ignored", "the model given is not used: linear least squares needs no start and knows no effects."
 )
+DAMPING = "joint_damping.damping"
+DAMPING_TRADES, DAMPING_ERROR = (DAMPING, "FV", "FVm"), 0.03
+"""Damping across the spring, friction on either side of it and the instants of the encoders stand in for each other
+but for little: by this share of the damping they may be wrong (found on two plants that are not the model)."""
 GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 MOST_RIGID = 50.0
@@ -189,6 +193,8 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_TERMS:
         std = with_systematic(key, value, std)
+    if key in DAMPING_TRADES:
+        std = math.hypot(std, DAMPING_ERROR * estimate.fit.values.get(DAMPING, 0.0))
     at_bound = key in estimate.fit.at_bound
     ci95 = None
     if at_bound:

@@ -99,10 +99,10 @@ def explain(
     verdict = _verdict(named=named, sound=determined or (structured and not hopeless), structured=structured)
     unexplained = None
     if structured:
+        tried = "that was tried" if options.effects else "of the catalogue"
         place = where_left[0].text if where_left else "it is spread evenly"
         unexplained = (
-            f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect of the catalogue accounts for it; "
-            f"{place}."
+            f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
         )
     if not findings and verdict != "complete" and sensors == "motor+link":
         said = motor_equation_notice(recording)

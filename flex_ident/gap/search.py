@@ -21,6 +21,7 @@ from flex_ident.gap.trials import (
     best_start,
     closed_share,
     compared,
+    effects_in,
     excess_of,
     final_polish,
     own_error_of,
@@ -290,7 +291,9 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     tries = list(candidates(search.solver.problem, search.fit.values, own))
     found = scores(search.solver, search.fit, tries)
     if not found:
-        raise DataError(f"--add {name}: makes no sense for this joint, or is part of the model already.")
+        already = name in effects_in(search.fit.free)
+        why = "is in the model already" if already else "makes no sense for this joint and these sensors"
+        raise DataError(f"--add {name}: it {why}.")
     starts = starts_of(search.solver, search.fit, found[0])
     trial = tried(search.solver, search.fit, found[0].candidate, starts, search.own_error())
     search.accepted.append(Accepted(trial, True, search.fit, ()))

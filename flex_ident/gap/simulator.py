@@ -59,6 +59,8 @@ class SimulatorGap:
     explanation: GapExplanation
     lacks: tuple[str, ...]
     """Effects that the measurement shows and the simulation does not have."""
+    has_too_much: tuple[str, ...]
+    """Effects that the simulation has and the measurement does not show."""
 
 
 def compared_with_simulator(
@@ -85,7 +87,8 @@ def compared_with_simulator(
     )
     has = {f.effect for f in own.findings}
     lacks = tuple(f.effect for f in explanation.findings if f.effect not in has)
-    return SimulatorGap(base, differences, explanation, lacks)
+    too_much = tuple(f.effect for f in own.findings if f.effect not in {g.effect for g in explanation.findings})
+    return SimulatorGap(base, differences, explanation, lacks, too_much)
 
 
 def simulator_content(gap: SimulatorGap) -> dict[str, Any]:
@@ -99,4 +102,5 @@ def simulator_content(gap: SimulatorGap) -> dict[str, Any]:
             for d in gap.differences
         },
         "lacks": list(gap.lacks),
+        "has_too_much": list(gap.has_too_much),
     }  # fmt: skip

@@ -15,4 +15,7 @@ def simulator_text(gap: SimulatorGap) -> str:
     ]  # fmt: skip
     table = text_table(("", "simulated", "measured", "off %", "σ", "unit", ""), rows, right=(1, 2, 3, 4))
     lacks = ", ".join(gap.lacks) if gap.lacks else "no effect that the measurement shows"
-    return f"the simulation against the measurement:\n{table}\nit lacks: {lacks}"
+    text = f"the simulation against the measurement:\n{table}\nit lacks: {lacks}"
+    if gap.has_too_much:
+        text += f"\nit has what the measurement does not show: {', '.join(gap.has_too_much)}"
+    return text

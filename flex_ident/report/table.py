@@ -102,9 +102,10 @@ def result_text(result: Identification) -> str:
         )
     fit = result.fit
     prismatic = any(p.unit == PRISMATIC_UNITS.get(p.key) for p in result.parameters)
+    unseen = fit.validation_relative_error_percent
     lines.append(
         f"{'force' if prismatic else 'torque'} error: {fit.relative_error_percent:.2f} %, on data not fitted "
-        f"{fit.validation_relative_error_percent:.2f} %; condition number {fit.condition_number:.3g}"
+        f"{f'{unseen:.2f} %' if math.isfinite(unseen) else 'unknown'}; condition number {fit.condition_number:.3g}"
     )
     for p in result.measurement:
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):

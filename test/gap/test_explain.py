@@ -106,6 +106,7 @@ def test_a_simulation_that_is_off_is_told_where_and_what_it_lacks() -> None:
     assert off["K"].percent == pytest.approx(-10.0, abs=2.0)
     assert "JL" not in off
     assert gap.lacks == ("backlash",)
+    assert gap.has_too_much == ()
 
 
 def test_options_that_make_no_sense_are_refused() -> None:

@@ -118,8 +118,9 @@ def recording() -> Recording:
 
 
 def test_the_report_of_an_identification_is_not_overwritten(tmp_path: Path) -> None:
-    paths = write_explanation(explanation(), recording(), tmp_path / "alone")
+    paths = write_explanation(explanation(), recording(), tmp_path / "alone", {"schema": "any"})
     assert "report.html" in paths
+    assert paths["gap.json"].read_text() == '{\n "schema": "any"\n}\n'
     page = paths["report.html"].read_text()
     assert "makes it worse" in page
     assert ">-62<" not in page
@@ -128,7 +129,7 @@ def test_the_report_of_an_identification_is_not_overwritten(tmp_path: Path) -> N
     both.mkdir()
     (both / "result.json").write_text("{}")
     (both / "report.html").write_text("kept")
-    paths = write_explanation(explanation(), recording(), both)
+    paths = write_explanation(explanation(), recording(), both, {})
     assert (both / "report.html").read_text() == "kept"
     assert paths["gap_report.html"].exists()
     assert "report.html" not in paths
