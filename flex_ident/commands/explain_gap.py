@@ -70,7 +70,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             kept = f"report.html is identify_bag's as before, this one is {GAP_REPORT}; " if not given.no_plots else ""
             print(f"the folder holds a result of identify_bag: {kept}model.yaml and parameters.yaml are now those of "
                   "the final model above.")  # fmt: skip
-    return REJECTED if done.explanation.verdict == "rejected" else 0
+    return 0 if done.explanation.determined else REJECTED
 
 
 if __name__ == "__main__":

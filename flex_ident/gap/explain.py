@@ -77,16 +77,19 @@ def explain(
     trained = [_trained(s, f, problem, held) for s, f in chain]
     gaps = [_gap(problem, values, held) for values in trained]
     report(0.92, "describing what is left")
+    final = _final(recording, problem, search, trained[-1], held, sensors)
+    determined = all(p.identifiable for p in final.parameters if p.key in ESSENTIAL)
+    notices = (*_as_given(problem, options, gaps[0], held), *_notices(search, problem))
+    if not determined:
+        notices = (*notices, _refusal([a.trial.effect for a in search.accepted]))
+        if search.accepted:  # nothing is added to a base that is not determined
+            search = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
+            gaps = gaps[:1]
+            final = _final(recording, problem, search, trained[0], held, sensors)
     first, left = remainder(solver, base, held), remainder(search.solver, search.fit, held)
     floor = min(left.floor, gaps[-1])
-    final = _final(recording, problem, search, trained[-1], held, sensors)
     steps = _steps(search, gaps)
     findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
-    notices = (*_as_given(problem, options, gaps[0], held), *_notices(search, problem))
-    determined = all(p.identifiable for p in final.parameters if p.key in ESSENTIAL)
-    if not determined:
-        notices = (*notices, _refusal(findings))
-        findings = ()
     before_variables = variables(problem, base.values)
     after_variables = variables(problem, search.fit.values)
     where: tuple[Region, ...] = ()
@@ -281,11 +284,11 @@ def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
     return tuple(notices)
 
 
-def _refusal(findings: Sequence[Finding]) -> Notice:
+def _refusal(effects: Sequence[str]) -> Notice:
     """Why nothing is named on a recording that does not determine the base model."""
     text = "the recording does not determine the base model, so nothing is named"
-    if findings:
-        text += f" ({', '.join(f.effect for f in findings)} would close some of the gap, by chance for all we know)"
+    if effects:
+        text += f" ({', '.join(effects)} would close some of the gap, by chance for all we know)"
     return Notice("base_not_determined", text + ".")
 
 

@@ -134,6 +134,11 @@ class GapExplanation:
     """Gap, N m rms, that the method itself may leave: integration, filters, the instants of reversals."""
 
     @property
+    def determined(self) -> bool:
+        """Whether the recording determines the model at all; where it does not, no number may be trusted."""
+        return self.verdict != "rejected" and all(n.code != "base_not_determined" for n in self.notices)
+
+    @property
     def closed(self) -> float:
         """Share of the closable gap (above the noise floor, by energy) that the findings closed, 0 to 1."""
         closable = self.before**2 - self.noise_floor**2

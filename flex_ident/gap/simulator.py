@@ -73,7 +73,7 @@ def compared_with_simulator(
     explanation = explain(measured, options, progress=progress)
     sensors = explanation.sensors if simulated.link_position is not None else "motor"
     own = explain(simulated, replace(options, sensors=sensors, model=None))
-    if own.verdict == "rejected" or any(n.code == "base_not_determined" for n in own.notices):
+    if not own.determined:
         raise DataError(
             f"the simulated recording, {simulated.path}, does not determine its own model: let the simulation play the "
             "same motion, and record position and torque."
