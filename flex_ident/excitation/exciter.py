@@ -28,9 +28,10 @@ EFFORT_MARGIN = 1.05
 """A drive that works at its limit reads a little more than that, for noise; more is a fault."""
 LATE_TICKS = 2.0
 """However late a tick comes, the reference moves on by no more than the speed allows in this many periods."""
-CATCHING_UP, OF_THE_CHIRP, AT_MOST = 0.5, 1.1, 0.99
-"""The speed of catching up: the first share of the limit, or the second of the chirp's own highest speed if that is
-more, and at most the third of the limit: the joint overshoots, and a drive's clock need not agree with ours."""
+CATCHING_UP, OF_ITS_OWN, AT_MOST = 0.5, 1.1, 0.99
+"""The speed of catching up: with the chirp the first share of the limit, or the second of the chirp's own highest speed
+if that is more, and at most the third of the limit: the joint overshoots, and a drive's clock need not agree with ours.
+On the way to a position, which nobody measures, the second of that way's highest speed."""
 YIELD = 2.0
 """The reference yields to a joint that is held off it by up to this many tracking errors."""
 RELEASE_S = 0.5
@@ -69,6 +70,10 @@ class Exciter:
         self._following = Following(math.inf)
         self._after: State = "done"
 
+    @property
+    def _approach_speed(self) -> float:
+        return min(self.settings.approach_velocity, 0.5 * self.limits.velocity)
+
     def observe(self, sample: JointSample) -> None:
         """Take a joint state."""
         self._watch.observe(sample)
@@ -95,10 +100,10 @@ class Exciter:
         except ConfigurationError as error:
             return str(error)
         self._center = sample.position if s.start_position is None else s.start_position
-        self._travel = travel(now, sample.position, self._center, min(s.approach_velocity, 0.5 * self.limits.velocity))
+        self._travel = travel(now, sample.position, self._center, self._approach_speed)
         self._last, self._last_at = (sample.position, 0.0), now
         self._command = self._law.following(*self._last, sample)
-        self._progress = 0.0
+        self._progress, self._yield_travel = 0.0, None
         self._watch.begin(now)
         self.state, self.reason = "moving_to_start", ""
         return ""
@@ -133,13 +138,18 @@ class Exciter:
 
         A drive sees the commands alone: what was missed meanwhile is caught up with in steps, not in one.
         """
-        last, limit = self._last[0], self.limits.velocity
-        speed = min(AT_MOST * limit, max(CATCHING_UP * limit, OF_THE_CHIRP * self.reference.bounds.speed))
+        last, speed = self._last[0], self._speed_of_catching_up()
         reach = speed * min(now - self._last_at, LATE_TICKS / self.settings.rate_hz)
         if abs(position - last) <= reach:
             return position, velocity
         ahead = math.copysign(1.0, position - last)
         return last + ahead * reach, ahead * speed
+
+    def _speed_of_catching_up(self) -> float:
+        limit = self.limits.velocity
+        if self.state == "moving_to_start" or self._yield_travel is not None:
+            return OF_ITS_OWN * self._approach_speed
+        return min(AT_MOST * limit, max(CATCHING_UP * limit, OF_ITS_OWN * self.reference.bounds.speed))
 
     def _check(self, now: float) -> None:
         """Ramp down when anything about the robot is wrong."""
@@ -225,8 +235,8 @@ class Exciter:
         motion = self._braking.at(now)
         if self._yielding and self.settings.interface == "position" and now >= end:
             if self._yield_travel is None:
-                speed = min(self.settings.approach_velocity, 0.5 * self.limits.velocity)
-                self._yield_travel = travel(now, motion[0], self._yielded(now, motion[0]), speed)
+                goal = self._yielded(now, motion[0])
+                self._yield_travel = travel(now, motion[0], goal, self._approach_speed)
             end, motion = self._yield_travel.end, self._yield_travel.at(now)
         if self.settings.interface == "effort":
             end += RELEASE_S

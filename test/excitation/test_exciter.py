@@ -271,6 +271,17 @@ def test_what_a_late_tick_missed_is_caught_up_with_in_steps(stall_s: float) -> N
     assert given[-1] == pytest.approx(wanted, abs=1e-6)
 
 
+def test_what_a_late_tick_missed_on_the_way_to_the_start_is_caught_up_with_gently() -> None:
+    made = started(start_position=0.3)
+    made.run(1.0)
+    made.tick(0.09)
+    made.run(2.0)
+    assert made.exciter.state == "exciting"
+    way = [o.position for _, o in made.outputs if o.state == "moving_to_start"]
+    assert np.diff(way).max() <= 2.0 * 1.1 * made.exciter.settings.approach_velocity / RATE_HZ + 1e-12
+    assert way[-1] == pytest.approx(0.3, abs=1e-6)
+
+
 def test_stop_ramps_down_without_a_jump_of_speed() -> None:
     made = started()
     made.run(1.8)
