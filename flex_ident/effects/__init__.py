@@ -2,5 +2,6 @@
 
 from flex_ident.effects.catalogue import CATALOGUE, check_effect_parameters, effect_named
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales
 
-__all__ = ["CATALOGUE", "Effect", "EffectParameter", "check_effect_parameters", "effect_named"]
+__all__ = ["CATALOGUE", "Effect", "EffectParameter", "Probe", "Scales", "check_effect_parameters", "effect_named"]

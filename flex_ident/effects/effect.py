@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from flex_ident.effects.probe import Probe, Scales
 from flex_ident.recording import Floats
 
 EXACT = 0.01
 """Law error of what is geometry, time or arithmetic rather than a model of a material."""
+FINE: tuple[float, ...] = tuple(map(float, np.linspace(-0.06, 0.06, 13)))
+COARSE: tuple[float, ...] = tuple(map(float, np.linspace(-0.3, 0.3, 5)))
+"""Relative steps to the neighbours of the best probe of a grid."""
 Where = Literal["motor", "spring", "link", "measurement"]
 
 
@@ -28,7 +34,8 @@ class EffectParameter:
 class Effect:
     """A physical effect: its equation, what it adds to the simulation, and how to recognise it.
 
-    `contribute(terms, parameters)` writes into the vector of `simulation.terms.Term` in place.
+    `contribute(terms, parameters)` writes into the vector of `simulation.terms.Term` in place. `probes(scales)` gives
+    the sizes and shapes at which it enters the regression on what a model leaves.
     `bin_by` names the variable against which its residual is to be looked at; `confused_with` the effects whose
     residual is alike, `separated_by` the experiment that tells them apart.
     """
@@ -38,11 +45,18 @@ class Effect:
     equation: str
     parameters: tuple[EffectParameter, ...]
     contribute: Callable[[Floats, Mapping[str, float]], None]
+    probes: Callable[[Scales], Iterator[Probe]]
     where: Where
     signature: str
     bin_by: str
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
+    refined: tuple[str, tuple[float, ...]] = ("", ())
+    """The parameter whose grid is refined around the best probe, and the relative steps of that."""
+    raced: bool = False
+    """Its refit races from several shapes: it has many minima."""
+    replaces: str = ""
+    """Measurement key, confined to one sample, that the effect takes over from."""
     needs_spring: bool = False
     """Makes no sense for a rigid joint."""
     needs_link: bool = False

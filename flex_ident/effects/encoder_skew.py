@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
+from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
 
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.LINK_SKEW] += p.get("skew", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    yield in_proportion("skew", SAMPLES * scales.sample_time_s)
 
 
 ENCODER_SKEW = Effect(
@@ -21,6 +26,8 @@ ENCODER_SKEW = Effect(
         EffectParameter("skew", "s", "time by which the link position is recorded late", lower=-0.1, upper=0.1),
     ),
     contribute=_contribute,
+    probes=_probes,
+    replaces="link_skew",
     where="measurement",
     signature="an error of the link position proportional to its velocity",
     bin_by="link_velocity",

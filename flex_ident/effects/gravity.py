@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
+from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY, Term
 
@@ -12,6 +13,14 @@ from flex_ident.simulation.terms import GRAVITY, Term
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.GRAVITY_COS] += GRAVITY * p.get("MX", 0.0)
     terms[Term.GRAVITY_SIN] += GRAVITY * p.get("MY", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    moment = SMOOTH_PROBE * scales.torque / GRAVITY
+    missing = scales.missing_moments
+    if missing:
+        columns = tuple({k: moment * (k == own) for k in missing} for own in missing)
+        yield Probe(columns, missing, one_sided=False, smooth=True)
 
 
 GRAVITY_EFFECT = Effect(
@@ -23,6 +32,7 @@ GRAVITY_EFFECT = Effect(
         EffectParameter("MY", "kg m", "first moment along the link's y axis"),
     ),
     contribute=_contribute,
+    probes=_probes,
     where="link",
     signature="a residual that depends on position alone",
     bin_by="link_position",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -12,6 +13,11 @@ from flex_ident.simulation.terms import Term
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.HYSTERESIS_TORQUE] += p.get("torque", 0.0)
     terms[Term.HYSTERESIS_DEFLECTION] = p.get("deflection", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    for share in (0.03, 0.1, 0.3, 1.0):
+        yield at_size({"torque": 0.02 * scales.load, "deflection": share * scales.deflection}, scaled=("torque",))
 
 
 HYSTERESIS = Effect(
@@ -23,6 +29,7 @@ HYSTERESIS = Effect(
         EffectParameter("deflection", "rad", "deflection over which the torque turns round", lower=1e-9),
     ),
     contribute=_contribute,
+    probes=_probes,
     where="spring",
     signature="a loop of the residual over deflection that does not depend on speed",
     bin_by="spring_deflection",

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
 
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.SPRING_DAMPING] += p.get("damping", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    omega = math.sqrt(scales.model["K"] / scales.model["JL"])
+    yield in_proportion("damping", scales.model["K"] / omega, one_sided=True)
 
 
 JOINT_DAMPING = Effect(
@@ -21,6 +28,7 @@ JOINT_DAMPING = Effect(
         EffectParameter("damping", "N m s/rad", "torque through the transmission a rate of deflection", lower=0.0),
     ),
     contribute=_contribute,
+    probes=_probes,
     where="spring",
     signature="a residual proportional to the rate of deflection, largest at resonance",
     bin_by="deflection_rate",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import FINE, Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, periodic
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -13,6 +14,10 @@ def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.KINEMATIC_ERROR] += p.get("amplitude", 0.0)
     terms[Term.KINEMATIC_CYCLES] = p.get("cycles_per_turn", 0.0)
     terms[Term.KINEMATIC_PHASE] = p.get("phase", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    yield from periodic(scales, scales.deflection)
 
 
 KINEMATIC_ERROR = Effect(
@@ -25,6 +30,8 @@ KINEMATIC_ERROR = Effect(
         EffectParameter("phase", "rad", "phase at position zero"),
     ),
     contribute=_contribute,
+    probes=_probes,
+    refined=("cycles_per_turn", FINE),
     where="spring",
     signature="a line over motor angle that passes through the spring: it grows at resonance",
     bin_by="motor_position",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -12,6 +13,11 @@ from flex_ident.simulation.terms import Term
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.MOTOR_LOAD_FRICTION] += p.get("coefficient", 0.0)
     terms[Term.LINK_LOAD_FRICTION] += p.get("coefficient_link", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    for side in scales.sides:
+        yield in_proportion(f"coefficient{side}", 1.0, one_sided=True)
 
 
 LOAD_DEPENDENT_FRICTION = Effect(
@@ -23,6 +29,7 @@ LOAD_DEPENDENT_FRICTION = Effect(
         EffectParameter("coefficient_link", "1", "the same on the link", lower=0.0),
     ),
     contribute=_contribute,
+    probes=_probes,
     where="motor",
     signature="a residual proportional to the transmitted torque's size, with the sign of the velocity",
     bin_by="transmitted_torque",

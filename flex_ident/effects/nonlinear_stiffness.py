@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
 
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.CUBIC_STIFFNESS] += p.get("cubic", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    yield in_proportion("cubic", scales.load / scales.deflection**3)
 
 
 NONLINEAR_STIFFNESS = Effect(
@@ -21,6 +26,7 @@ NONLINEAR_STIFFNESS = Effect(
         EffectParameter("cubic", "N m/rad^3", "third-order coefficient of the spring, negative where it softens"),
     ),
     contribute=_contribute,
+    probes=_probes,
     where="spring",
     signature="a residual odd in deflection that grows with its cube",
     bin_by="spring_deflection",

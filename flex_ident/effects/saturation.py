@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
-from flex_ident.effects.effect import EXACT, Effect, EffectParameter
+import numpy as np
+
+from flex_ident.effects.effect import EXACT, FINE, Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
+
+LIMIT_SHARES = np.array((0.2, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94))
+LIMIT_QUANTILES = (0.6, 0.75, 0.9, 0.95, 0.98, 0.99, 0.995)
+"""Limits that are tried: shares of the largest torque recorded, and quantiles of its magnitude."""
 
 
 def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.TORQUE_LIMIT] = p.get("limit", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    recorded = scales.recorded_torque
+    for limit in (*(np.max(recorded) * LIMIT_SHARES), *np.quantile(recorded, LIMIT_QUANTILES)):
+        yield at_size({"limit": float(limit)})
 
 
 SATURATION = Effect(
@@ -19,6 +32,8 @@ SATURATION = Effect(
     equation="delivered = clip(recorded, -limit, limit)",
     parameters=(EffectParameter("limit", "N m", "largest torque that the drive delivers", lower=0.0),),
     contribute=_contribute,
+    probes=_probes,
+    refined=("limit", FINE),
     where="measurement",
     signature="a residual only where the recorded torque is largest",
     bin_by="recorded_torque",

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from itertools import product
 
-from flex_ident.effects.effect import EXACT, Effect, EffectParameter
+import numpy as np
+
+from flex_ident.effects.effect import COARSE, EXACT, Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -13,6 +18,27 @@ def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.SECOND_INERTIA] += p.get("inertia", 0.0)
     terms[Term.SECOND_STIFFNESS] += p.get("stiffness", 0.0)
     terms[Term.SECOND_DAMPING] += p.get("damping", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    """Over a grid of frequencies; with a link encoder first the mass that the link's own motion shows."""
+    link, stiffness = scales.model["JL"], scales.model["K"]
+    seen = scales.link_mode()
+    if seen is not None:
+        frequency_hz, share = seen
+        yield _mass(frequency_hz, link * share / (1.0 + share), 0.02, link)
+    locked = math.sqrt(stiffness / link) / (2.0 * math.pi)
+    highest = max(0.6 * locked, min(5.0 * locked, scales.band_hz))
+    for frequency, share in product(np.geomspace(0.6 * locked, highest, 10), (0.06, 0.2)):
+        yield _mass(float(frequency), share * link, 0.03, link)
+
+
+def _mass(frequency_hz: float, inertia: float, damping_ratio: float, link_inertia: float) -> Probe:
+    """A part of the link's inertia behind a further spring."""
+    omega = 2.0 * math.pi * frequency_hz
+    damping = 2.0 * damping_ratio * inertia * omega
+    parameters = {"inertia": inertia, "stiffness": inertia * omega**2, "damping": damping}
+    return at_size(parameters, JL=link_inertia - inertia)
 
 
 SECOND_MODE = Effect(
@@ -25,6 +51,9 @@ SECOND_MODE = Effect(
         EffectParameter("damping", "N m s/rad", "damping across the further spring", lower=0.0),
     ),
     contribute=_contribute,
+    probes=_probes,
+    refined=("stiffness", COARSE),
+    raced=True,
     where="link",
     signature="a residual concentrated around one frequency above the first mode",
     bin_by="frequency",

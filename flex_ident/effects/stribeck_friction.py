@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -14,6 +15,13 @@ def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.MOTOR_STRIBECK_VELOCITY] = p.get("velocity", 0.0)
     terms[Term.LINK_STRIBECK] += p.get("amplitude_link", 0.0)
     terms[Term.LINK_STRIBECK_VELOCITY] = p.get("velocity_link", 0.0)
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    for side in scales.sides:
+        for share in (0.03, 0.08, 0.2, 0.5):
+            shape = {f"amplitude{side}": 0.02 * scales.torque, f"velocity{side}": share * scales.speed}
+            yield at_size(shape, scaled=(f"amplitude{side}",))
 
 
 STRIBECK_FRICTION = Effect(
@@ -27,6 +35,7 @@ STRIBECK_FRICTION = Effect(
         EffectParameter("velocity_link", "rad/s", "the same on the link", lower=1e-9),
     ),
     contribute=_contribute,
+    probes=_probes,
     where="motor",
     signature="peaks of torque just after each reversal, odd in velocity, gone at speed",
     bin_by="motor_velocity",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
+from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -13,12 +14,18 @@ def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
     terms[Term.TORQUE_DELAY] += p.get("delay", 0.0)
 
 
+def _probes(scales: Scales) -> Iterator[Probe]:
+    yield in_proportion("delay", SAMPLES * scales.sample_time_s)
+
+
 TIME_DELAY = Effect(
     name="time_delay",
     summary="torque or command recorded early or late against position",
     equation="torque recorded at t is that of t - delay",
     parameters=(EffectParameter("delay", "s", "time by which the torque is recorded late", lower=-0.1, upper=0.1),),
     contribute=_contribute,
+    probes=_probes,
+    replaces="torque_delay",
     where="measurement",
     signature="a phase of the residual that grows with frequency",
     bin_by="frequency",

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flex_ident.effects import CATALOGUE
 from flex_ident.estimation.fit import Fit, SimulationFit
 from flex_ident.estimation.links import usable_cores
-from flex_ident.gap.candidates import REPLACES, Candidate, refined_candidates
+from flex_ident.gap.candidates import Candidate, refined_candidates
 from flex_ident.gap.linear_probe import transmission_error_change
 from flex_ident.recording import Floats
 
@@ -36,10 +37,10 @@ class Score:
 
 def scores(solver: SimulationFit, fit: Fit, tried: Iterable[Candidate]) -> list[Score]:
     """The best score of each effect, best first. Probes are simulated at finite size, on all cores."""
-    bases = {drop: _orthonormal(fit, drop) for drop in ("", *REPLACES.values())}
+    bases = {drop: _orthonormal(fit, drop) for drop in {e.replaces for e in CATALOGUE.values()}}
 
     def scored(candidate: Candidate) -> Score | None:
-        return _score(solver, fit, candidate, bases[REPLACES.get(candidate.effect, "")])
+        return _score(solver, fit, candidate, bases[candidate.replaces])
 
     with ThreadPoolExecutor(usable_cores()) as pool:
         best = _best(pool.map(scored, tried))
@@ -94,7 +95,7 @@ def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats)
     mark = candidate.plausible * float(np.max(np.linalg.norm(rest, axis=0)))
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     solution, *_ = np.linalg.lstsq(rest, -residual, rcond=1e-9)
-    if candidate.one_sided and solution[0] <= 0.0:
+    if candidate.probe.one_sided and solution[0] <= 0.0:
         return Score(candidate, 0.0, orthogonal, mark, (candidate.plausible,))
     explained = rest @ solution
     size = float(np.linalg.norm(explained))

@@ -35,8 +35,6 @@ Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
 MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
 """Sketches that are finished, and how many while something speaks against each."""
-SHAPED = ("second_mode",)
-"""Effects whose refit races from several shapes."""
 WORTH_A_TRIAL = 12.0
 """Twice the log-likelihood that screening must promise."""
 MIMICKED = 0.03
@@ -218,7 +216,7 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
 def _trials(search: Search, found: list[Score], options: GapOptions, progress: Progress) -> list[Trial]:
     """Refits of the best few, best first: every promising candidate is sketched, the best sketches are finished."""
     loud = excess_of(search.solver, search.fit) > QUIET
-    promising = [s for s in found if _promising(s, loud) and not (loud and s.candidate.effect in SHAPED)]
+    promising = [s for s in found if _promising(s, loud) and not (loud and _raced(s))]
     sketches: list[tuple[float, Score, Fit]] = []
     for i, score in enumerate(promising):
         progress(0.1 + 0.4 * i / len(promising), f"trying {_words(score)}")
@@ -240,7 +238,7 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
                 search.rejected.setdefault(name, Rejected(name, 0.0, RUNS_AWAY))
         else:
             search.rejected[name] = Rejected(name, 1.0 - cost / search.fit.cost, "other effects explain more")
-    shaped = next((s for s in found if s.candidate.effect in SHAPED), None)
+    shaped = next((s for s in found if _raced(s)), None)
     done = any(t.share > ENOUGH and not t.objection for t in trials) or _nothing_left(search)
     if loud and shaped is not None and not done:
         progress(0.9, f"trying {_words(shaped)}")
@@ -249,7 +247,7 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
             for c in candidates(search.solver.problem, search.fit.values, options)
             if c.effect == shaped.candidate.effect
         ]
-        starts = [{**search.fit.values, **c.base, **c.start((1.0,))} for c in _spread(shapes)]
+        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in _spread(shapes)]
         starts.append(best_start(search.solver, search.fit, shaped))
         try:
             trials.append(tried(search.solver, search.fit, shaped.candidate, starts, own))
@@ -271,8 +269,12 @@ def _promising(score: Score, loud: bool) -> bool:
 
     And what the model mimics to first order shows along a curved valley only: damping looks like skewed encoders.
     """
-    unsure = (score.candidate.one_sided and score.gain == 0.0) or score.orthogonal < MIMICKED
+    unsure = (score.candidate.probe.one_sided and score.gain == 0.0) or score.orthogonal < MIMICKED
     return score.gain >= WORTH_A_TRIAL or (loud and unsure)
+
+
+def _raced(score: Score) -> bool:
+    return effect_named(score.candidate.effect).raced
 
 
 def _words(score: Score) -> str:

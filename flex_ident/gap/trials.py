@@ -12,7 +12,7 @@ from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.fit import LOGARITHMIC, Fit, key_bounds
-from flex_ident.gap.candidates import REPLACES, Candidate
+from flex_ident.gap.candidates import Candidate
 from flex_ident.gap.fitting import (
     GapFit,
     HeldOut,
@@ -87,7 +87,7 @@ def extended_solver(solver: GapFit, free: Sequence[str], *added: Candidate) -> t
     effects = (*effects_in(free), *(c.effect for c in added))
     extended = GapFit(solver.problem, priors=gap_priors(solver.problem, effects), marks=solver.marks)
     own = tuple(k for c in added for k in c.keys)
-    dropped = [REPLACES[c.effect] for c in added if c.effect in REPLACES]
+    dropped = [c.replaces for c in added]
     return extended, (*(k for k in free if k not in dropped and k not in own), *own)
 
 
@@ -140,7 +140,7 @@ def best_start(solver: GapFit, fit: Fit, score: Score) -> dict[str, float]:
     candidate = score.candidate
     solver, _ = extended_solver(solver, fit.free, candidate)
     whole = candidate.start(score.sizes)
-    dropped = REPLACES.get(candidate.effect, "")
+    dropped = candidate.replaces
     kept = [i for i, k in enumerate(fit.free) if k != dropped and k not in fit.at_bound]
     jacobian = fit.jacobian[:, kept]
     scale = np.linalg.norm(jacobian, axis=0)
@@ -265,7 +265,7 @@ def _objection(
     vague = _weakest(solver, fit, shape, SIGNIFICANT_SHAPE) if shape else None
     if vague is not None:
         return f"its shape is not determined: {vague[0]} is known to {vague[1]:.1f} standard deviations"
-    if candidate.effect in REPLACES:
+    if candidate.replaces:
         value, period = abs(fit.values[candidate.keys[0]]), solver.problem.recording.sample_time
         if value < period:
             return f"{1e3 * value:.2f} ms is less than one sample: measurement, corrected for"
