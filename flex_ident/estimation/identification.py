@@ -49,6 +49,8 @@ GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
+FOLDING = 3.0
+"""Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is 0 to 1.9 standard deviations off with it."""
 MEASUREMENT_UNITS = {"torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2"}
 
 
@@ -187,12 +189,25 @@ def unit_of(key: str) -> str:
     return UNITS.get(key, MEASUREMENT_UNITS.get(key, ""))
 
 
+def folding_error(estimate: Estimate) -> float:
+    """Relative standard deviation for what the recording's rate folds back onto the locked-motor frequency.
+
+    A held command excites its images about the rate, and an inertia answers each with the inverse square of its
+    frequency: the image is (f / (rate - f))^3 of the motion. It matters most where the motor hardly moves.
+    """
+    if estimate.problem.rigid:
+        return 0.0
+    locked_hz, rate_hz = modes_hz(estimate.fit.values)["locked_motor_hz"], estimate.problem.recording.sample_rate_hz
+    nearest_hz = max(rate_hz - locked_hz, 0.5 * rate_hz)
+    return FOLDING * (locked_hz / nearest_hz) ** 3
+
+
 def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     """One key of an estimate with its uncertainty and whether the data determine it."""
     value = float(estimate.fit.values[key])
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_TERMS:
-        std = with_systematic(key, value, std)
+        std = math.hypot(with_systematic(key, value, std), folding_error(estimate) * value)
     if key in DAMPING_TRADES:
         std = math.hypot(std, DAMPING_ERROR * estimate.fit.values.get(DAMPING, 0.0))
     at_bound = key in estimate.fit.at_bound

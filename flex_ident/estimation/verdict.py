@@ -29,6 +29,9 @@ RELATIVE_LIMIT = 0.3
 EFFECT_LIMIT = 0.01
 """Share of the torque's rms that an uncertainty may move for a parameter near zero to count as known."""
 
+SAMPLES_A_PERIOD = 10.0
+"""Samples in a period of the locked-motor frequency under which a result is doubtful."""
+
 ESSENTIAL = ("Jm", "K", "JL", "J")
 SIGNALS = {"torque_delay": "torque", "link_skew": "link position"}
 
@@ -90,6 +93,7 @@ def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
         *_weak_parameters(evidence),
         *_poor_reproduction(evidence),
         *_mode_outside_band(evidence),
+        *_sampled_slowly(evidence),
         *_late_signals(evidence),
     ]
     worst: Verdict = "trusted"
@@ -131,6 +135,16 @@ def _mode_outside_band(evidence: Evidence) -> Iterator[Objection]:
             f"{evidence.band_hz:.3g} Hz: sweep beyond it."
         )
         yield "doubtful", Notice("mode_outside_band", text)
+
+
+def _sampled_slowly(evidence: Evidence) -> Iterator[Objection]:
+    rate_hz, wanted_hz = 1.0 / evidence.sample_time, SAMPLES_A_PERIOD * evidence.locked_motor_hz
+    if rate_hz < wanted_hz:
+        text = (
+            f"{rate_hz:.4g} Hz is slow for a locked-motor frequency of {evidence.locked_motor_hz:.3g} Hz: commands "
+            f"held that long fold back onto it. Command and record at {math.ceil(wanted_hz)} Hz or more."
+        )
+        yield "doubtful", Notice("sampled_slowly", text)
 
 
 def _late_signals(evidence: Evidence) -> Iterator[Objection]:

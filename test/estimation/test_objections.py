@@ -51,6 +51,20 @@ def test_flexible_joint_is_left_in_peace(cobot: Recording) -> None:
     assert result.verdict == "trusted"
 
 
+@pytest.mark.parametrize("end_frequency_hz", [20.0, 30.0])
+def test_what_was_commanded_slowly_is_doubtful_and_its_error_bar_says_so(end_frequency_hz: float) -> None:
+    experiment = Experiment(duration_s=40.0, sample_rate_hz=100.0, end_frequency_hz=end_frequency_hz)
+    result = identify(
+        virtual_recording(COBOT_JOINT, experiment, MeasurementChain(torque_noise=0.01), seed=3, link=False)
+    )
+    assert result.verdict == "doubtful"
+    assert "sampled_slowly" in [n.code for n in result.notices]
+    for key in ("Jm", "K", "JL"):
+        parameter = result.parameter(key)
+        assert abs(parameter.value - COBOT_JOINT.value(key)) < 2.0 * parameter.std
+        assert parameter.relative_std_percent < 4.0
+
+
 @pytest.mark.parametrize("sensors", ["motor", "motor+link"])
 def test_reversed_effort_is_named(cobot: Recording, sensors: str) -> None:
     turned = replace(cobot, motor_torque=-cobot.motor_torque)
