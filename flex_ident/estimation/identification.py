@@ -15,7 +15,7 @@ from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, sta
 from flex_ident.estimation.fit import key_bounds
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.problem import Bools, FitProblem, model_of, values_of
-from flex_ident.estimation.verdict import SIGNALS, Evidence, identifiability_notices, is_identifiable, judged
+from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.parameters import (
@@ -259,7 +259,7 @@ def identification_of(
             parameters=parameters,
             error_percent=error,
             validation_percent=validation,
-            delays={p.key: p.value for p in measurement if p.key in SIGNALS},
+            measurement=measurement,
             sample_time=recording.sample_time,
             locked_motor_hz=derived.get("locked_motor_hz", 0.0),
             band_hz=problem.band_hz,

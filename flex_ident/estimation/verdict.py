@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,18 +11,15 @@ import numpy as np
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.parameters import Parameter, Verdict
 from flex_ident.recording import Notice
-from flex_ident.regression.verdict import EXPERIMENTS, known_only, not_determined
-
-__all__ = [
-    "ESSENTIAL",
-    "EXPERIMENTS",
-    "SIGNALS",
-    "Evidence",
-    "identifiability_notices",
-    "is_identifiable",
-    "judged",
-    "torque_per_std",
-]  # fmt: skip
+from flex_ident.regression.verdict import (
+    ESSENTIAL,
+    HOPELESS_PERCENT,
+    WEAK_PERCENT,
+    known_only,
+    late_signals,
+    mismatches,
+    not_determined,
+)
 
 RELATIVE_LIMIT = 0.3
 """A parameter less certain than this, relative to itself, is identifiable only if small in effect."""
@@ -31,9 +28,6 @@ EFFECT_LIMIT = 0.01
 
 SAMPLES_A_PERIOD = 10.0
 """Samples in a period of the locked-motor frequency under which a result is doubtful."""
-
-ESSENTIAL = ("Jm", "K", "JL", "J")
-SIGNALS = {"torque_delay": "torque", "link_skew": "link position"}
 
 Objection = tuple[Verdict, Notice | None]
 
@@ -81,7 +75,7 @@ class Evidence:
     parameters: tuple[Parameter, ...]
     error_percent: float
     validation_percent: float
-    delays: Mapping[str, float]
+    measurement: tuple[Parameter, ...]
     sample_time: float
     locked_motor_hz: float
     band_hz: float
@@ -94,7 +88,7 @@ def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
         *_poor_reproduction(evidence),
         *_mode_outside_band(evidence),
         *_sampled_slowly(evidence),
-        *_late_signals(evidence),
+        *(("doubtful", notice) for notice in late_signals(evidence.measurement, evidence.sample_time)),
     ]
     worst: Verdict = "trusted"
     for verdict, _ in objections:
@@ -109,7 +103,7 @@ def _weak_parameters(evidence: Evidence) -> Iterator[Objection]:
             continue
         if not p.identifiable:
             yield "rejected", None  # identifiability_notices says it
-        elif p.relative_std_percent > 5.0:
+        elif p.relative_std_percent > WEAK_PERCENT:
             yield "doubtful", Notice("low_excitation", known_only(p))
 
 
@@ -120,9 +114,8 @@ def _poor_reproduction(evidence: Evidence) -> Iterator[Objection]:
         yield "rejected", Notice("validation_gap", text)
         unseen = error
     worst = max(error, unseen)
-    if worst > 15.0:
-        text = f"the model leaves {worst:.0f} % of the torque unexplained: run explain_gap to see what is missing."
-        yield "rejected" if worst > 50.0 else "doubtful", Notice("model_mismatch", text)
+    for notice in mismatches(worst):
+        yield "doubtful" if worst <= HOPELESS_PERCENT else "rejected", notice
     if unseen > 1.5 * error + 2.0:
         text = f"the error is {unseen:.1f} % where the fit did not look, {error:.1f} % overall: record longer."
         yield "doubtful", Notice("validation_gap", text)
@@ -145,14 +138,3 @@ def _sampled_slowly(evidence: Evidence) -> Iterator[Objection]:
             f"held that long fold back onto it. Command and record at {math.ceil(wanted_hz)} Hz or more."
         )
         yield "doubtful", Notice("sampled_slowly", text)
-
-
-def _late_signals(evidence: Evidence) -> Iterator[Objection]:
-    for key, delay in evidence.delays.items():
-        if abs(delay) > evidence.sample_time:
-            text = (
-                f"{SIGNALS[key]} is recorded {1e3 * abs(delay):.2f} ms {'late' if delay > 0 else 'early'} against the "
-                f"motor position, more than a sample ({1e3 * evidence.sample_time:.2f} ms): corrected for, but look at "
-                "the drive's time stamps."
-            )
-            yield "doubtful", Notice(key, text)

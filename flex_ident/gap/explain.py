@@ -16,7 +16,6 @@ from flex_ident.estimation.estimate import Estimate, fit_problem, validation_blo
 from flex_ident.estimation.fit import Fit
 from flex_ident.estimation.identification import chosen_sensors, identification_of, identified_parameter
 from flex_ident.estimation.problem import FitProblem, values_of
-from flex_ident.estimation.verdict import ESSENTIAL
 from flex_ident.filtering import first_mode
 from flex_ident.gap.explanation import (
     Alternative,
@@ -37,6 +36,7 @@ from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.parameters import Identification
 from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
+from flex_ident.regression.verdict import ESSENTIAL
 
 VALIDATION_ITERATIONS = 5
 STIFFEST = 0.75

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from flex_ident.parameters import FitQuality, Parameter, Verdict
 from flex_ident.recording import Notice
 
 ESSENTIAL = ("Jm", "K", "JL", "J")
+WEAK_PERCENT = 5.0
+"""Relative standard deviation of an essential parameter from which the result is doubtful."""
+POOR_PERCENT, HOPELESS_PERCENT = 15.0, 50.0
+"""Torque left unexplained from which a result is doubtful, and rejected."""
 SIGNALS = {"torque_delay": "torque", "link_skew": "link position"}
 EXPERIMENTS: dict[str, str] = {
     "K": "sweep through the resonance with a larger amplitude, with a payload, or read a link encoder",
@@ -62,12 +66,10 @@ def judged(
         if not p.identifiable:
             text = not_determined(p)
             (rejected if p.key in ESSENTIAL else said).append(Notice("not_identifiable", text))
-        elif p.key in ESSENTIAL and p.relative_std_percent > 5.0:
+        elif p.key in ESSENTIAL and p.relative_std_percent > WEAK_PERCENT:
             doubtful.append(Notice("low_excitation", known_only(p)))
     worst = max(quality.relative_error_percent, quality.validation_relative_error_percent)
-    if not worst < 15.0:
-        text = f"the model leaves {worst:.0f} % of the torque unexplained: run explain_gap to see what is missing."
-        (doubtful if worst < 50.0 else rejected).append(Notice("model_mismatch", text))
+    (doubtful if worst <= HOPELESS_PERCENT else rejected).extend(mismatches(worst))
     sigmas = derived.get("x5_sigmas", 0.0)
     if sigmas > 2.0:
         text = (
@@ -81,12 +83,7 @@ def judged(
     if required_rate_hz > sample_rate_hz:
         text = f"{sample_rate_hz:.4g} Hz is below the {required_rate_hz:.0f} Hz of eq. 29: derivatives are distorted."
         doubtful.append(Notice("low_sampling_rate", text))
-    for p in measurement:
-        if p.key in SIGNALS and abs(p.value) > sample_time + 2.0 * p.std:
-            side = "after" if p.value > 0.0 else "before"
-            text = f"{SIGNALS[p.key]} lies {1e3 * abs(p.value):.2f} ms {side} the motor position: corrected for."
-            code = "encoder_skew" if p.key == "link_skew" else "torque_delay"
-            doubtful.append(Notice(code, text))
+    doubtful.extend(late_signals(measurement, sample_time))
     verdict: Verdict = "rejected" if rejected else ("doubtful" if doubtful else "trusted")
     return verdict, (*rejected, *doubtful, *said)
 
@@ -101,3 +98,22 @@ def not_determined(p: Parameter) -> str:
 def known_only(p: Parameter) -> str:
     """That a parameter is known poorly (2 sigma, as in the table), and what would help."""
     return f"{p.key} is known to ± {2.0 * p.relative_std_percent:.0f} % (2σ) only: {EXPERIMENTS[p.key]}."
+
+
+def mismatches(left: float) -> Iterator[Notice]:
+    """That a model leaves too much of the torque, in percent, unexplained."""
+    if not left <= POOR_PERCENT:
+        text = f"the model leaves {left:.0f} % of the torque unexplained: run explain_gap to see what is missing."
+        yield Notice("model_mismatch", text)
+
+
+def late_signals(measurement: Iterable[Parameter], sample_time: float) -> Iterator[Notice]:
+    """One notice a signal that is recorded more than a sample, s, late or early."""
+    for p in measurement:
+        if p.key in SIGNALS and abs(p.value) > sample_time + 2.0 * p.std:
+            how = f"{1e3 * abs(p.value):.2f} ms {'late' if p.value > 0.0 else 'early'}"
+            text = (
+                f"{SIGNALS[p.key]} is recorded {how} against the motor position, more than a sample "
+                f"({1e3 * sample_time:.2f} ms): corrected for, but look at the drive's time stamps."
+            )
+            yield Notice(p.key, text)

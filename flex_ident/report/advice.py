@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from flex_ident.estimation.verdict import ESSENTIAL, EXPERIMENTS
 from flex_ident.parameters import Identification
 from flex_ident.recording import Notice
+from flex_ident.regression.verdict import ESSENTIAL, EXPERIMENTS
 
 UNRELATED_PERCENT = 90.0
 """A model that leaves this share of the torque describes nothing of it."""
