@@ -254,7 +254,7 @@ def _refuse_short(problem: FitProblem, held: NDArray[np.bool_]) -> None:
     if usable_s < LEAST_S or held_s < LEAST_HELD_S:
         raise ExcitationError(
             f"{usable_s:.1f} s of usable motion, {held_s:.1f} s of them to check with, are too few to look for what is "
-            f"missing: record at least {2.0 * LEAST_S:g} s in which the joint moves."
+            "missing: record at least ten seconds of motion."
         )
 
 
