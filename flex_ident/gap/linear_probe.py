@@ -9,9 +9,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flex_ident.estimation.problem import FitProblem
+from flex_ident.estimation.problem import FitProblem, terms_of
 from flex_ident.filtering.spectral import Complexes
 from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
 
 
 def transmission_error_change(
@@ -21,6 +22,8 @@ def transmission_error_change(
 
     Equation 5 linearised about the motion; the motor bears the spring's torque by virtual work.
     """
+    terms = terms_of(values, rigid=problem.rigid)
+    delay, skew = float(terms[Term.TORQUE_DELAY]), float(terms[Term.LINK_SKEW])
     stiffness, damping = values["K"], values.get("joint_damping.damping", 0.0)
     inertia, viscous = values["JL"], values.get("FV", 0.0)
 
@@ -29,14 +32,19 @@ def transmission_error_change(
         return np.asarray(spring / (spring - inertia * omega**2 + 1j * omega * viscous))
 
     def torque(omega: Floats) -> Complexes:
-        return np.asarray((stiffness + 1j * omega * damping) * (1.0 - link(omega)))
+        late = np.exp(-1j * omega * delay)
+        return np.asarray((stiffness + 1j * omega * damping) * (1.0 - link(omega)) * late)
+
+    def position(omega: Floats) -> Complexes:
+        return np.asarray(link(omega) * np.exp(-1j * omega * skew))
 
     amplitude, cycles = probe["kinematic_error.amplitude"], probe["kinematic_error.cycles_per_turn"]
     angle = cycles * problem.motion.position + probe["kinematic_error.phase"]
     error, slope = amplitude * np.sin(angle), amplitude * cycles * np.cos(angle)
     moved = problem.link_response_of(values)
     assert moved is not None
-    changes = [-problem.reduced_through(error, torque) - problem.reduced(moved.spring_torque * slope)]
+    borne = problem.reduced(moved.spring_torque * slope, delay=delay)
+    changes = [-problem.reduced_through(error, torque) - borne]
     if problem.link is not None:
-        changes.append(-problem.reduced_through(error, link))
+        changes.append(-problem.reduced_through(error, position))
     return tuple(changes)

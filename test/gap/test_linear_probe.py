@@ -1,0 +1,22 @@
+"""The cheap estimate of what a transmission error changes, against the simulation that it stands in for."""
+
+import numpy as np
+import pytest
+
+from flex_ident.estimation.problem import FitProblem
+from flex_ident.gap.linear_probe import transmission_error_change
+from flex_ident.virtual_joint import PAPER_JOINT, PERFECT, Experiment, virtual_recording
+
+
+@pytest.mark.parametrize("late", [{}, {"time_delay.delay": 8e-3, "link_skew": 3e-3}])
+def test_a_small_transmission_error_is_seen_as_late_as_the_signals_are(late: dict[str, float]) -> None:
+    recording = virtual_recording(PAPER_JOINT, Experiment(duration_s=20.0, sample_rate_hz=500.0), PERFECT)
+    problem = FitProblem(recording, sensors="motor+link", band_hz=30.0)
+    values = {**PAPER_JOINT.parameters, **late}
+    probe = {"kinematic_error.amplitude": 1e-5, "kinematic_error.cycles_per_turn": 223.5, "kinematic_error.phase": 0.7}
+    before, after = problem.residuals(values), problem.residuals({**values, **probe})
+    for estimate, r0, r1, allowed in zip(
+        transmission_error_change(problem, values, probe), before, after, (0.1, 0.4), strict=True
+    ):  # the link's dry friction is left out: good enough to rank
+        change = (r1 - r0)[problem.usable]
+        assert np.linalg.norm(estimate[problem.usable] - change) < allowed * np.linalg.norm(change)
