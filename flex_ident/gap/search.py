@@ -222,7 +222,8 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
         progress(0.1 + 0.4 * i / len(promising), f"trying {_words(score)}")
         try:
             drawn = sketched(search.solver, search.fit, score)
-        except ExcitationError:  # the simulation ran away from there
+        except ExcitationError:
+            search.rejected.setdefault(score.candidate.effect, Rejected(score.candidate.effect, 0.0, RUNS_AWAY))
             continue
         sketches.append((drawn.cost, score, drawn))
     sketches.sort(key=lambda item: item[0])
@@ -238,22 +239,33 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
                 search.rejected.setdefault(name, Rejected(name, 0.0, RUNS_AWAY))
         else:
             search.rejected[name] = Rejected(name, 1.0 - cost / search.fit.cost, "other effects explain more")
-    shaped = next((s for s in found if _raced(s)), None)
-    done = any(t.share > ENOUGH and not t.objection for t in trials) or _nothing_left(search)
-    if loud and shaped is not None and not done:
-        progress(0.9, f"trying {_words(shaped)}")
-        shapes = [
-            c
-            for c in candidates(search.solver.problem, search.fit.values, options)
-            if c.effect == shaped.candidate.effect
-        ]
-        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in _spread(shapes)]
-        starts.append(best_start(search.solver, search.fit, shaped))
-        try:
-            trials.append(tried(search.solver, search.fit, shaped.candidate, starts, own))
-        except ExcitationError:
-            search.rejected.setdefault(shaped.candidate.effect, Rejected(shaped.candidate.effect, 0.0, RUNS_AWAY))
+    deep = next((s for s in found if _raced(s)), None) if loud else None
+    if deep is not None:
+        _search_deeply(search, deep, options, trials, own, progress)
     return sorted(trials, key=lambda t: -t.evidence)
+
+
+def _search_deeply(
+    search: Search, deep: Score, options: GapOptions, trials: list[Trial], own: float, progress: Progress
+) -> None:
+    """Add a refit that races from many shapes to the trials, unless it could not matter; else say why not."""
+    name = deep.candidate.effect
+    why = ""
+    if any(t.share > ENOUGH and not t.objection for t in trials):
+        why = "other effects explain more"
+    elif _nothing_left(search):
+        why = "what is left is no more than noise and the method's own error"
+    else:
+        progress(0.9, f"trying {_words(deep)}")
+        shapes = [c for c in candidates(search.solver.problem, search.fit.values, options) if c.effect == name]
+        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in _spread(shapes)]
+        starts.append(best_start(search.solver, search.fit, deep))
+        try:
+            trials.append(tried(search.solver, search.fit, deep.candidate, starts, own))
+        except ExcitationError:
+            why = RUNS_AWAY
+    if why:
+        search.rejected[name] = Rejected(name, 0.0, why)
 
 
 def _nothing_left(search: Search) -> bool:
