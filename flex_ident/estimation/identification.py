@@ -49,8 +49,8 @@ GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
-FOLDING = 3.0
-"""Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is 0 to 1.9 standard deviations off with it."""
+FOLDING = 5.0
+"""Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 MEASUREMENT_UNITS = {"torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2"}
 
 
