@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from flex_ident.errors import DataError
-from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.estimate import Estimate
-from flex_ident.estimation.fit import SimulationFit
-from flex_ident.estimation.nuisances import measurement_priors
-from flex_ident.estimation.problem import FitProblem
+from flex_ident.likelihood.covariance import uncertainty_of
+from flex_ident.likelihood.fit import SimulationFit
+from flex_ident.likelihood.nuisances import measurement_priors
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import CutoffSweep, Parameter
 from flex_ident.recording import Notice, Recording
 

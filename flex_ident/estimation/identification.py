@@ -12,12 +12,12 @@ from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
-from flex_ident.estimation.fit import key_bounds
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.estimation.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
+from flex_ident.likelihood.fit import key_bounds
+from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.problem import Bools, FitProblem
+from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.recording import Floats
 from flex_ident.regression.verdict import REVERSED
 from flex_ident.simulation.batch import LANES

@@ -8,9 +8,9 @@ import numpy as np
 
 from flex_ident.effects.probe import Scales
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.problem import FitProblem
 from flex_ident.estimation.start import delay_scanned_start, limit_scanned_start, spring_scanned_start
 from flex_ident.gap.spring_start import dead_band_start
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from flex_ident.effects import CATALOGUE, Probe, Scales, effect_named
 from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
-from flex_ident.estimation.problem import FitProblem
 from flex_ident.filtering import first_mode
 from flex_ident.gap.anew import start_anew
 from flex_ident.gap.options import GapOptions
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import GRAVITY_KEYS
 
 

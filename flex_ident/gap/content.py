@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from flex_ident.gap.explanation import Finding, GapExplanation, Region, Repeats
+from flex_ident.gap.explanation import Finding, GapExplanation, Region
+from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Parameter
 
 SCHEMA = "flex_ident/gap/1"

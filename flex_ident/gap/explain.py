@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.estimate import Estimate, fit_problem, validation_blocks
-from flex_ident.estimation.fit import Fit
 from flex_ident.estimation.identification import chosen_sensors, identification_of, identified_parameter
-from flex_ident.estimation.problem import FitProblem, values_of
 from flex_ident.filtering import first_mode
+from flex_ident.gap.base import base_fit
 from flex_ident.gap.explanation import (
     Alternative,
     Finding,
@@ -27,12 +25,15 @@ from flex_ident.gap.explanation import (
     Region,
     Step,
 )
-from flex_ident.gap.fitting import GapFit, base_fit
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.remainder import remainder
 from flex_ident.gap.search import Accepted, Progress, Search, searched
 from flex_ident.gap.trials import effects_in
 from flex_ident.gap.where import Variable, profile, regions, variables
+from flex_ident.likelihood.covariance import uncertainty_of
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.problem import FitProblem, values_of
+from flex_ident.likelihood.remainder import remainder
+from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters import Identification
 from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
@@ -136,9 +137,9 @@ def explain(
     )
 
 
-def _trained(solver: GapFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
+def _trained(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
     """The same keys fitted without the validation part."""
-    own = GapFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
+    own = SteadyFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
     return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.recording import Floats, Notice
 
@@ -83,15 +84,6 @@ class Untestable:
     effect: str
     orthogonal: float
     experiment: str
-
-
-@dataclass(frozen=True)
-class Repeats:
-    """Where the recording repeats its motion: what repeats in the residual is model error, the rest is noise, N m."""
-
-    period_s: float
-    repeatable: float
-    noise: float
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flex_ident.estimation.problem import FitProblem, terms_of
 from flex_ident.filtering.spectral import Complexes
+from flex_ident.likelihood.problem import FitProblem, terms_of
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 

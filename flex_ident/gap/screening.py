@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.estimation.fit import Fit, SimulationFit
-from flex_ident.estimation.links import usable_cores
 from flex_ident.gap.candidates import Candidate, refined_candidates
 from flex_ident.gap.linear_probe import transmission_error_change
+from flex_ident.likelihood.fit import Fit, SimulationFit
+from flex_ident.likelihood.links import usable_cores
 from flex_ident.recording import Floats
 
 VISIBLE = 10.0

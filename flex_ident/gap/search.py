@@ -9,12 +9,9 @@ from functools import partial
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
-from flex_ident.estimation.fit import Fit
 from flex_ident.gap.candidates import Candidate, candidates
 from flex_ident.gap.explanation import Rejected, Untestable
-from flex_ident.gap.fitting import GapFit
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.remainder import remainder
 from flex_ident.gap.screening import VISIBLE, Score, scores
 from flex_ident.gap.trials import (
     Trial,
@@ -30,6 +27,9 @@ from flex_ident.gap.trials import (
     tried,
     without,
 )
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.remainder import remainder
+from flex_ident.likelihood.steady import SteadyFit
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
@@ -73,7 +73,7 @@ class Accepted:
 class Search:
     """Where the search stands: the model's fit, what was accepted and what was not."""
 
-    solver: GapFit
+    solver: SteadyFit
     base: Fit
     fit: Fit
     accepted: list[Accepted] = field(default_factory=list)
@@ -90,7 +90,7 @@ class Search:
         return own_error_of(self.solver, steps)
 
 
-def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
+def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
     """The search from a base fit. Raises DataError when an effect that was asked for cannot be added."""
     search = Search(solver, base, base)
     for name in options.add:
@@ -116,7 +116,7 @@ def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress)
     return _only_a_cause(search, solver, base)
 
 
-def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
+def _weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
     """The accepted effects by what each adds to the others, most first, without those that add nothing now.
 
     An effect that comes early may have stood in for one that came later, which then explains more alone.
@@ -153,7 +153,7 @@ def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
     return again if sound and first.fit.cost < other.accepted[0].trial.fit.cost else other
 
 
-def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fit) -> Search:
+def _rebuilt(search: Search, order: Sequence[Accepted], solver: SteadyFit, base: Fit) -> Search:
     """The search as if its effects had been accepted in this order, each refit started from what is known by now."""
     again = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
     for a in order:
@@ -168,7 +168,7 @@ def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fi
     return again
 
 
-def _only_a_cause(search: Search, solver: GapFit, base: Fit) -> Search:
+def _only_a_cause(search: Search, solver: SteadyFit, base: Fit) -> Search:
     """The search, or what it was before it, when all that was accepted leaves most of the gap: only resemblance.
 
     Unless what is left is no more than the method's own error, which nothing can close.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize
 
-from flex_ident.estimation.problem import FitProblem
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 from flex_ident.simulation.motion import motor_motion
 from flex_ident.simulation.response import direction

@@ -67,6 +67,15 @@ class Term(IntEnum):
     """Deviation of the link's first position from its static equilibrium, rad."""
     INITIAL_VELOCITY = 41
     """Deviation of the link's first velocity from the motor's, rad/s."""
+    # how the motor's dry friction turns over at a reversal
+    REVERSAL_SPEED = 42
+    """Speed, rad/s, over which dry friction grows to its full size: zero is Coulomb's law."""
+    PRESLIDING = 43
+    """Way, rad, over which dry friction turns over after a reversal (Dahl)."""
+    REVERSAL_LEAD = 44
+    """Time, s, by which dry friction turns over before the velocity does."""
+    EFFORT_LAG = 45
+    """Time constant, s, of a first-order low-pass in the recorded torque."""
 
 
 GRAVITY = 9.81
@@ -102,6 +111,10 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "link_zero": (Term.LINK_ZERO, 1.0),
     "initial_deflection": (Term.INITIAL_DEFLECTION, 1.0),
     "initial_velocity": (Term.INITIAL_VELOCITY, 1.0),
+    "reversal_speed": (Term.REVERSAL_SPEED, 1.0),
+    "presliding": (Term.PRESLIDING, 1.0),
+    "reversal_lead": (Term.REVERSAL_LEAD, 1.0),
+    "effort_lag": (Term.EFFORT_LAG, 1.0),
 }
 
 

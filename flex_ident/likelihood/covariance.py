@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flex_ident.estimation.fit import Fit
+from flex_ident.likelihood.fit import Fit
 from flex_ident.recording import Floats
 
 LAG_S = 1.0

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.estimation.problem import FitProblem
-from flex_ident.gap.explanation import Repeats
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 
 SHORTEST_S = 3.0
 ALIKE = 0.995
 """Correlation of the motor position with itself one period later from which motion counts as repeated."""
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Where the recording repeats its motion: what repeats in the residual is model error, the rest is noise, N m."""
+
+    period_s: float
+    repeatable: float
+    noise: float
 
 
 def repetition_samples(problem: FitProblem) -> int:

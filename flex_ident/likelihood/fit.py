@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.problem import FitProblem
-from flex_ident.estimation.whitening import Whitening, settled, whitening_of
+from flex_ident.likelihood.minimising import bounded_minimum
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.whitening import Whitening, settled, whitening_of
 from flex_ident.parameters import NON_NEGATIVE
 from flex_ident.recording import Floats
 
@@ -26,12 +26,13 @@ MEMORY_S = 0.35
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of a nuisance before the data: mean and standard deviation, and hard bounds."""
+    """What is known of a nuisance before the data: mean and standard deviation, hard bounds, where a fit starts."""
 
     mean: float
     std: float
     lower: float
     upper: float
+    start: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,12 @@ def key_scale(problem: FitProblem, key: str, value: float) -> float:
             return max(abs(value), 0.05 * torque)
         case "MX" | "MY":
             return max(abs(value), 0.05 * torque / 9.81)
-        case "torque_delay" | "link_skew":
+        case "torque_delay" | "link_skew" | "reversal_lead" | "effort_lag":
             return ts
+        case "reversal_speed":
+            return max(abs(value), 1e-3 * velocity)
+        case "presliding":
+            return max(abs(value), 1e-3 * position)
         case "torque_averaging":
             return 0.1
         case "link_zero" | "initial_deflection":
@@ -156,7 +161,7 @@ class SimulationFit:
         `rough` spares the last Jacobian: that of the result is the one before the last step.
         """
         keys = tuple(keys)
-        values = dict(start)
+        values = {**{k: self.priors[k].start for k in keys if k in self.priors}, **start}
         logarithmic = np.array([k in LOGARITHMIC for k in keys])
         scale = np.array([key_scale(self.problem, k, values.get(k, 0.0)) for k in keys])
 
@@ -198,10 +203,9 @@ class SimulationFit:
             x0[i] = np.clip(packed(key, values.get(key, 0.0), scale[i]), lower[i], upper[i])
         if not np.isfinite(self.whitened_residual(unpacked(x0), whitenings)).all():
             raise ExcitationError("the simulation of the starting model runs away: give --first-mode or --model.")
-        x, rest, slope, converged = self._minimum(
-            residual, jacobian, x0, lower, upper, iterations=iterations, tolerance=tolerance, rough=rough
+        x, rest, slope, converged = bounded_minimum(
+            residual, jacobian, x0, lower, upper, iterations=iterations, tolerance=tolerance, linearised=not rough
         )
-        # trf stays a hair inside the bounds: a parameter that wants to leave is put on its bound.
         near = 1e-4
         at_bound, reached = [], x.copy()
         for i, key in enumerate(keys):
@@ -218,18 +222,6 @@ class SimulationFit:
         known = (rest[:count], slope[:count] / units)
         linearised = self.linearised(keys, found, whitenings, tuple(at_bound), known=known)
         return replace(linearised, converged=converged)
-
-    def _minimum(
-        self, residual: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats, lower: Floats,
-        upper: Floats, *, iterations: int, tolerance: float, rough: bool,
-    ) -> tuple[Floats, Floats, Floats, bool]:  # fmt: skip
-        """The point of least cost within the bounds, residual and Jacobian there (`rough`: or nearby), and whether the
-        search ended by itself."""
-        found = optimize.least_squares(
-            residual, start, jacobian, bounds=(lower, upper), x_scale="jac", max_nfev=iterations, method="trf",
-            ftol=tolerance, xtol=1e-8, gtol=1e-10,
-        )  # fmt: skip
-        return np.array(found.x), np.array(found.fun), np.array(found.jac), bool(found.status > 0)
 
     def linearised(
         self,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from flex_ident.estimation.whitening import Whitening
-from flex_ident.gap.reversals import Mark, ReversalWeights
+from flex_ident.likelihood.reversals import Mark, ReversalWeights
+from flex_ident.likelihood.whitening import Whitening
 
 COUNT = 200
 FRICTION = 3.0

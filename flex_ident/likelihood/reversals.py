@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
-from flex_ident.estimation.problem import DRIVE_MARGIN, FitProblem
-from flex_ident.estimation.whitening import Whitening
 from flex_ident.filtering.spectral import lowpass_response
+from flex_ident.likelihood.problem import DRIVE_MARGIN, FitProblem
+from flex_ident.likelihood.whitening import Whitening
 from flex_ident.recording import Floats
 
 STANDSTILL = 1.5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from flex_ident.gap.minimising import bounded_minimum
+from flex_ident.likelihood.minimising import bounded_minimum
 
 
 @pytest.mark.parametrize("seed", range(5))

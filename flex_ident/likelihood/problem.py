@@ -13,14 +13,15 @@ from scipy import ndimage
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import ConfigurationError, ExcitationError
-from flex_ident.estimation.links import LinkResponses, usable_cores
-from flex_ident.filtering.direction import motion_direction, velocity_noise
+from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
+from flex_ident.likelihood.links import LinkResponses, usable_cores
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
+from flex_ident.simulation.turnover import friction_share
 
 Bools = NDArray[np.bool_]
 
@@ -140,7 +141,8 @@ class FitProblem:
         self.rate_hz = rate / self.decimation
         self.time: Floats = recording.time[:: self.decimation]
         self.resolution = self._velocity_resolution(recording, drive_hz)
-        self.sign = motion_direction(recording.motor_position, rate, lowest_hz=drive_hz)
+        self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
+        self._shares: dict[tuple[float, float, float], Floats] = {}
         self._raw_torque = recording.motor_torque
         self.torque = self.reduced(recording.motor_torque)
         has_link = sensors == "motor+link" and recording.link_position is not None and not rigid
@@ -155,10 +157,28 @@ class FitProblem:
             )
         self._links = LinkResponses(self.motion, lambda position, skew: self.reduced(position, delay=skew))
 
-    def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0) -> Floats:
-        """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is."""
-        (filtered,) = self._filter(signal, delay=delay, curvature=curvature)
+    def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0, lag: float = 0.0) -> Floats:
+        """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is.
+
+        `delay`, s; `curvature`, s^2 (see `SpectralFilter`); `lag`, s, the time constant of a first-order low-pass.
+        """
+        (filtered,) = self._filter(signal, delay=delay, curvature=curvature, lag=lag)
         return filtered
+
+    def friction_share(self, terms: Floats) -> Floats:
+        """The motor's dry friction over its size (n,), -1 to 1, as it turns over at reversals; the last are kept."""
+        key = (float(terms[Term.REVERSAL_SPEED]), float(terms[Term.PRESLIDING]), float(terms[Term.REVERSAL_LEAD]))
+        known = self._shares.get(key)
+        if known is None:
+            speed, way, lead = key
+            known = friction_share(
+                self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=max(speed, 0.0),
+                way=max(way, 0.0), lead=lead / self.recording.sample_time,
+            )  # fmt: skip
+            self._shares[key] = known
+            while len(self._shares) > 6:
+                self._shares.pop(next(iter(self._shares)), None)
+        return known
 
     def reduced_through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
         """The same of a signal behind a linear system, whose `transfer` is asked at angular frequencies, rad/s."""
@@ -205,11 +225,12 @@ class FitProblem:
     def _prediction(self, terms: Floats, link: LinkMotion | None = None) -> Prediction:
         if link is None:
             link = self.link_response(terms)
-        torque = motor_torque(terms, self.motion, link, self.sign)
-        ts = self.recording.sample_time
+        torque = motor_torque(terms, self.motion, link, self.friction_share(terms))
+        ts, lag = self.recording.sample_time, float(terms[Term.EFFORT_LAG])
         torque_out = self.reduced(
-            torque, delay=float(terms[Term.TORQUE_DELAY]), curvature=float(terms[Term.TORQUE_AVERAGING]) * ts * ts
-        )
+            torque, delay=float(terms[Term.TORQUE_DELAY]), curvature=float(terms[Term.TORQUE_AVERAGING]) * ts * ts,
+            lag=lag,
+        )  # fmt: skip
         link_out = None
         if self.link is not None and link is not None:
             position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))
