@@ -9,20 +9,21 @@ import flex_ident
 
 ROOT = Path(flex_ident.__file__).parent
 STAGES = (
-    "recording", "parameters", "filtering", "regression", "effects", "simulation", "estimation", "gap", "excitation",
-    "virtual_joint",
+    "notices", "recording", "parameters", "filtering", "regression", "effects", "simulation", "estimation", "gap",
+    "excitation", "virtual_joint",
 )  # fmt: skip
 ADAPTERS = ("bags", "configuration", "report", "commands", "nodes")
 FOREIGN = ("rclpy", "rosbags", "matplotlib", "jinja2", "tqdm", "std_msgs", "sensor_msgs")
 ALLOWED: dict[str, tuple[str, ...]] = {
-    "recording": (),
-    "parameters": ("recording",),
+    "notices": (),
+    "recording": ("notices",),
+    "parameters": ("notices", "recording"),
     "filtering": ("recording", "parameters"),
-    "regression": ("recording", "parameters", "filtering"),
+    "regression": ("notices", "recording", "parameters", "filtering"),
     "simulation": ("recording", "parameters", "filtering"),
     "effects": ("recording", "parameters", "simulation"),
-    "estimation": ("recording", "parameters", "filtering", "regression", "simulation", "effects"),
-    "gap": ("recording", "parameters", "filtering", "regression", "simulation", "effects", "estimation"),
+    "estimation": ("notices", "recording", "parameters", "filtering", "regression", "simulation", "effects"),
+    "gap": ("notices", "recording", "parameters", "filtering", "regression", "simulation", "effects", "estimation"),
     "excitation": (),
     "virtual_joint": ("recording", "parameters"),
 }

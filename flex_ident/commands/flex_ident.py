@@ -1,4 +1,4 @@
-"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, compare, export, effects."""
+"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, compare, export, effects, codes."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     _compare(sub.add_parser("compare", help="results side by side, with the differences that are beyond chance"))
     _export(sub.add_parser("export", help="a result as URDF dynamics, MuJoCo XML, YAML or CSV"))
     _effects(sub.add_parser("effects", help="the catalogue of effects"))
+    _codes(sub.add_parser("codes", help="every code that a warning may have, what it means and what to do"))
     given = parser.parse_args(arguments)
     status: int = given.function(given)
     return status
@@ -178,6 +179,18 @@ def _effects(parser: argparse.ArgumentParser) -> None:
         from flex_ident.commands.effects_catalogue import catalogue_text
 
         print(catalogue_text())
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _codes(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--markdown", action="store_true", help="as docs/codes.md")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.report.codes import codes_page, codes_text
+
+        print(codes_page().rstrip() if given.markdown else codes_text())
         return 0
 
     parser.set_defaults(function=run)

@@ -10,10 +10,11 @@ from typing import Any
 from flex_ident.bags import read_recording
 from flex_ident.commands.options import given_model, signal_selection
 from flex_ident.configuration.settings import Value
-from flex_ident.gap import GapExplanation, GapOptions, explain, gap_content
+from flex_ident.gap import GapExplanation, GapOptions, explain
 from flex_ident.gap.prismatic import prismatic_explanation
 from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
 from flex_ident.recording import Recording
+from flex_ident.report.gap_result import gap_content
 from flex_ident.report.gap_writing import write_explanation
 
 Progress = Callable[[str, float], None]

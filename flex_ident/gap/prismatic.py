@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from flex_ident.gap.explanation import Finding, GapExplanation, Profile, Region
-from flex_ident.parameters.prismatic import in_metres, prismatic, unit_in_metres
+from flex_ident.parameters.prismatic import in_metres, notices_in_metres, prismatic, unit_in_metres
 
 
 def prismatic_explanation(explanation: GapExplanation) -> GapExplanation:
@@ -19,10 +19,7 @@ def prismatic_explanation(explanation: GapExplanation) -> GapExplanation:
         findings=tuple(_finding(f) for f in explanation.findings),
         where=where,
         where_left=where_left,
-        notices=tuple(
-            replace(n, message=unit_in_metres(n.message)) if n.code == "model_as_given" else n
-            for n in explanation.notices
-        ),
+        notices=notices_in_metres(explanation.notices),
         unexplained=None if left is None else unit_in_metres(left),
         profiles={k: (_profile(a), _profile(b)) for k, (a, b) in explanation.profiles.items()},
     )

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import Finding, GapExplanation
+from flex_ident.notices import Code
 from flex_ident.parameters import Identification
 from flex_ident.report.advice import first_thing, other_things, told
 from flex_ident.report.table import rounded, text_table
@@ -58,7 +59,7 @@ def warnings_of(explanation: GapExplanation) -> tuple[str, ...]:
 def _final(explanation: GapExplanation) -> Identification:
     """The final identification but for that its model leaves a gap: that is said already."""
     final = explanation.final
-    return replace(final, notices=tuple(n for n in final.notices if n.code != "model_mismatch"))
+    return replace(final, notices=tuple(n for n in final.notices if n.code is not Code.MODEL_MISMATCH))
 
 
 def gap_text(explanation: GapExplanation) -> str:
@@ -91,7 +92,7 @@ def gap_text(explanation: GapExplanation) -> str:
         lines += ["", "where the gap of the base model lies:", *(f"  {r.text}" for r in e.where)]
     if e.unexplained:
         lines += ["", f"unexplained: {e.unexplained}"]
-    refused = [r for r in e.rejected if r.share > 0.0 or "nothing" not in r.reason]
+    refused = [r for r in e.rejected if r.promising]
     if refused:
         lines += ["", "tried and not accepted:", *(f"  {r.effect}: {r.reason}" for r in refused)]
     if e.not_testable:

@@ -9,6 +9,7 @@ from typing import Any
 from flex_ident import __version__
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.recording import Recording
+from flex_ident.report.sentences import warning_content
 
 SCHEMA = "flex_ident/result/1"
 
@@ -65,7 +66,7 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "duration_s": float(recording.time[-1]) if recording.time.size else 0.0,
             "sample_rate_hz": recording.sample_rate_hz, "channels": sampling_content(recording),
         },
-        "warnings": [{"code": n.code, "message": n.message} for n in result.notices],
+        "warnings": [warning_content(n) for n in result.notices],
     }  # fmt: skip
     if result.filter is not None:
         f = result.filter

@@ -8,6 +8,7 @@ from typing import Any
 
 from flex_ident.gap.explanation import Finding, GapExplanation, Region, Repeats
 from flex_ident.parameters import Parameter
+from flex_ident.report.sentences import warning_content
 
 SCHEMA = "flex_ident/gap/1"
 
@@ -67,5 +68,5 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
         ],
         "unexplained": e.unexplained,
         "parameters": {p.key: _parameter(p) for p in e.final.parameters},
-        "warnings": [{"code": n.code, "message": n.message} for n in (*e.notices, *e.final.notices)],
+        "warnings": [warning_content(n) for n in (*e.notices, *e.final.notices)],
     }  # fmt: skip
