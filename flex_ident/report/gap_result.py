@@ -8,9 +8,8 @@ from typing import Any
 
 from flex_ident.gap.explanation import Finding, GapExplanation, Region, Repeats
 from flex_ident.parameters import Parameter
+from flex_ident.report import schemas
 from flex_ident.report.sentences import warning_content
-
-SCHEMA = "flex_ident/gap/1"
 
 
 def _finite(value: float) -> float | None:
@@ -53,7 +52,7 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
     """The content of `gap.json` (schema flex_ident/gap/1)."""
     e = explanation
     return {
-        "schema": SCHEMA, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
+        "schema": schemas.GAP, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
         "gap": {
             "unit": e.unit, "measured_on": "validation", "before": e.before, "after": e.after,
             "noise_floor": e.noise_floor, "method_error": e.method_error, "closed": e.closed,

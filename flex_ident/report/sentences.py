@@ -27,8 +27,9 @@ def sentence(notice: Notice) -> str:
 
 def finding_of(notice: Notice) -> str:
     """The sentence without what to do, for where that does not apply."""
-    said = sentence(notice)
-    return said.partition(": run explain_gap")[0] if notice.code is Code.MODEL_MISMATCH else said
+    if notice.code is Code.MODEL_MISMATCH:
+        return LEAVES.format(**notice.numbers)
+    return sentence(notice)
 
 
 def warning_content(notice: Notice) -> dict[str, Any]:
@@ -134,6 +135,7 @@ def _other_joints(n: Notice) -> str:
     )
 
 
+LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
 CUT = "{subject} {how} at byte {at:.0f} of {size:.0f}: the last {lost_percent:.1f} % are lost, what is whole was read."
 TAKEN = "Positions are taken as rad or m on the link side."
 EFFORTS_TAKEN = "Efforts are taken as N m or N on the link side: --effort-scale converts them."
@@ -265,9 +267,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{subject} depends on the filter: {there:.4g} at a cutoff of {cutoff_rad_s:.0f} rad/s, {here:.4g} at "
         "{used_rad_s:.0f} rad/s. Something in that band is not in the model: run explain_gap."
     ),
-    Code.MODEL_MISMATCH: (
-        "the model leaves {left_percent:.0f} % of the torque unexplained: run explain_gap to see what is missing."
-    ),
+    Code.MODEL_MISMATCH: LEAVES + ": run explain_gap to see what is missing.",
     Code.STRUCTURED_RESIDUAL: (
         "the model leaves {left_percent:.2g} % of the torque, of which noise accounts for {noise_percent:.2g} %: run "
         "explain_gap to see what is missing."

@@ -132,7 +132,7 @@ def test_the_report_of_an_identification_is_not_overwritten(tmp_path: Path) -> N
     assert page.count("3.00 % of the recording lies in gaps") == 1
     both = tmp_path / "both"
     both.mkdir()
-    (both / "result.json").write_text("{}")
+    (both / "result.json").write_text('{"joint": "elbow", "bag": {"path": "", "sha256": ""}}')
     (both / "report.html").write_text("kept")
     paths = write_explanation(explanation(), recording(), both, {})
     assert (both / "report.html").read_text() == "kept"
