@@ -28,10 +28,10 @@ Progress = Callable[[float], None]
 
 
 def read_recording(
-    path: Path, selection: SignalSelection | None = None, *, progress: Progress | None = None
+    path: Path | str, selection: SignalSelection | None = None, *, progress: Progress | None = None
 ) -> Recording:
     """The joint's recording on one uniform clock. Raises BagError, SignalError, ExcitationError and UsageError."""
-    with Bag(path) as bag:
+    with Bag(Path(path)) as bag:
         try:
             return _recording(bag, selection or SignalSelection(), progress)
         except (SignalError, ExcitationError) as error:

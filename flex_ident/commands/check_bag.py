@@ -126,7 +126,7 @@ def _motions_text(motions: Sequence[JointMotion]) -> str:
         )
         for motion in motions
     ]
-    return "\n".join(["joints (rad or m, N m or N)", *_table(rows)])
+    return "\n".join(["joints (numbers as recorded)", *_table(rows)])
 
 
 def _recording_text(recording: Recording) -> str:

@@ -11,10 +11,11 @@ from flex_ident.bags import read_recording
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.gap import GapExplanation, explain
-from flex_ident.gap.prismatic import prismatic_explanation
 from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
+from flex_ident.gap.units import explanation_in_amperes, prismatic_explanation
 from flex_ident.jobs.options import gap_options, signal_selection
 from flex_ident.jobs.places import Folder, Place
+from flex_ident.parameters.current import is_current
 from flex_ident.recording import Recording
 from flex_ident.report.folder import beside
 from flex_ident.report.gap_result import gap_content
@@ -70,6 +71,8 @@ def finished_explanation(
         explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
     if values["prismatic"]:
         explanation = prismatic_explanation(explanation)
+    if is_current(recording.notices):
+        explanation = explanation_in_amperes(explanation)
     content = gap_content(explanation)
     content["bag"] = {"path": recording.path, "sha256": recording.sha256}
     if compared is not None:

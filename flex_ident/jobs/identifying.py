@@ -14,6 +14,7 @@ from flex_ident.estimation.identification import identify
 from flex_ident.jobs.options import identify_options, signal_selection
 from flex_ident.jobs.places import Folder, Place
 from flex_ident.parameters import Identification
+from flex_ident.parameters.current import in_amperes, is_current
 from flex_ident.parameters.prismatic import prismatic
 from flex_ident.recording import Recording
 from flex_ident.report.result import result_content
@@ -56,6 +57,8 @@ def finished_identification(
     )
     if values["prismatic"]:
         result = prismatic(result)
+    if is_current(recording.notices):
+        result = in_amperes(result)
     progress("writing", 0.0)
     paths: Mapping[str, Path] = {}
     if folder is not None:

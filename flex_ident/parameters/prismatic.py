@@ -42,4 +42,4 @@ def unit_in_metres(text: str) -> str:
 
 def slides(result: Identification) -> bool:
     """Whether a result is in the units of a prismatic joint."""
-    return any(p.unit == PRISMATIC_UNITS.get(p.key) for p in result.parameters)
+    return any(p.unit == PRISMATIC_UNITS.get(p.key) or p.unit in ("A s/m", "A/m") for p in result.parameters)

@@ -30,6 +30,19 @@ def finding_text(finding: Finding) -> str:
     return f"{finding.effect}: {effect_named(finding.effect).summary} ({numbers}; {how})"
 
 
+def others_text(finding: Finding) -> str:
+    """What else was considered, each with the gap that it would have left, and what a larger one than before means."""
+    said = [f"{a.effect} (gap {a.gap_after:.3g})" for a in finding.also_considered]
+    worse = [a.effect for a in finding.also_considered if a.gap_after > finding.gap_before]
+    if not worse:
+        return ", ".join(said)
+    one = "that" if len(worse) == 1 else "those"
+    return (
+        f"{', '.join(said)}; a gap above {finding.gap_before:.3g} is larger than without {one}: a fit weighs each "
+        "frequency by its noise, and may lose in rms what it gains there"
+    )
+
+
 def change(before: float, after: float, digits: int = 0) -> str:
     """The change in percent with its sign, as text; `±0` where it rounds to nothing."""
     if before <= 0.0:
@@ -76,8 +89,7 @@ def gap_text(explanation: GapExplanation) -> str:
     for finding in e.findings:
         lines += ["", finding_text(finding), f"  {finding.evidence}"]
         if finding.also_considered:
-            others = ", ".join(f"{a.effect} (gap {a.gap_after:.3g})" for a in finding.also_considered)
-            lines.append(f"  also considered: {others}")
+            lines.append(f"  also considered: {others_text(finding)}")
         if finding.indistinguishable_from:
             names = ", ".join(finding.indistinguishable_from)
             lines.append(f"  this recording cannot tell it from {names}; what would: {finding.experiment}")

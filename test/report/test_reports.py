@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.gap.explanation import GapCurves, GapExplanation, Region, Rejected, Step
+from flex_ident.gap.explanation import Alternative, Finding, GapCurves, GapExplanation, Region, Rejected, Step
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import FitQuality, Identification, JointModel, Parameter
 from flex_ident.recording import Recording
 from flex_ident.report.advice import first_thing, other_things
 from flex_ident.report.figures import thinned
-from flex_ident.report.gap_table import change, closed_share, gap_text
+from flex_ident.report.gap_table import change, closed_share, gap_text, others_text
 from flex_ident.report.gap_writing import write_explanation
 from flex_ident.report.sentences import sentence
 
@@ -70,6 +70,12 @@ def test_a_trusted_result_has_nothing_to_be_done_first() -> None:
     assert first_thing(result("doubtful", 20.0, (), LEAVES)) == "T" + sentence(LEAVES)[1:]
 
 
+def test_what_is_doubted_for_its_rate_is_told_what_to_do() -> None:
+    numbers = {"rate_hz": 100.0, "locked_motor_hz": 15.0, "wanted_hz": 150.0}
+    first = first_thing(result("doubtful", 2.0, (), Notice(Code.SAMPLED_SLOWLY, numbers=numbers))) or ""
+    assert "Command and record at 150 Hz or more" in first
+
+
 def test_a_line_is_interrupted_where_nothing_was_compared() -> None:
     time = np.arange(20000.0)
     values = np.where((time >= 5000) & (time < 9000), np.nan, np.sin(time))
@@ -115,6 +121,14 @@ def test_the_terminal_shows_the_recordings_warnings_once() -> None:
     assert sentence(LEAVES) not in text
     header = text.splitlines()[2]
     assert header.endswith("change")
+
+
+def test_another_effect_whose_gap_is_larger_than_before_is_explained() -> None:
+    found = Finding("backlash", "accepted", 0.9, 1.0, 0.5, (), "evidence", (Alternative("hysteresis", 0.7),))
+    assert others_text(found) == "hysteresis (gap 0.7)"
+    worse = replace(found, also_considered=(*found.also_considered, Alternative("gravity", 1.4)))
+    assert "gravity (gap 1.4); a gap above 1 is larger than without that" in others_text(worse)
+    assert "a gap above 1 is larger" in gap_text(explanation(findings=(worse,)))
 
 
 def recording() -> Recording:

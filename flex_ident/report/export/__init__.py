@@ -19,6 +19,10 @@ def exported(path: Path, to: str) -> str:
     result = stored_result(path)
     if not result.usable:
         raise DataError(_refusal(result))
+    if to != "csv" and any(p.unit.startswith("A") for p in result.parameters):
+        raise DataError(
+            f"{result.path}: is in amperes, not in N m or N: identify with --effort-scale, N m per A, and export that."
+        )
     written: Callable[[StoredResult], str] = import_module(f"{__name__}.{FORMATS[to]}").written
     return written(result)
 
