@@ -21,7 +21,7 @@ from flex_ident.bags.compression import decompressed, salvaged
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.bags.records import MessageRecord, record_blocks
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS, DATA_END = 2, 3, 4, 5, 6, 11, 15
@@ -102,11 +102,8 @@ class McapFile:
 
     def _lost(self, at: int, why: str) -> None:
         size = len(self._map)
-        share = 100.0 * (size - at) / size
-        text = (
-            f"{self.path.name} {why} at byte {at} of {size}: the last {share:.1f} % are lost, what is whole was read."
-        )
-        self._notices.append(Notice("bag_damaged", text))
+        sizes = {"at": at, "size": size, "lost_percent": 100.0 * (size - at) / size}
+        self._notices.append(Notice(Code.BAG_DAMAGED, self.path.name, sizes, {"case": "cut", "how": why}))
 
     def _stretches(self) -> Iterator[NDArray[np.uint8]]:
         """Stretches of messages, schemas and channels: the contents of each chunk, and what stands outside of them."""
@@ -144,7 +141,7 @@ class McapFile:
         if at < end:
             self._lost(at, "is cut")
         else:
-            self._notices.append(Notice("bag_unfinished", f"{self.path.name} was not closed: read to its end."))
+            self._notices.append(Notice(Code.BAG_UNFINISHED, self.path.name))
 
     def _released(self, start: int, stop: int) -> int:
         """Take the file's pages from `start` to `stop` out of this process' memory; where the next pages begin."""
@@ -167,8 +164,7 @@ class McapFile:
                 raise BagError("the checksum of a chunk does not agree.")
             return plain
         except (struct.error, BagError):
-            text = f"{self.path.name}: the chunk at byte {at} is damaged and was left out."
-            self._notices.append(Notice("bag_damaged", text))
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.path.name, {"at": at}, {"case": "chunk"}))
             return np.zeros(0, np.uint8)
 
     def _describe_summary(self) -> None:
@@ -214,8 +210,7 @@ class McapFile:
                 self._channels[number] = Topic(topic, name, definition, "idl" if encoding.endswith("idl") else "msg")
         except struct.error:
             kind = "schema" if opcode == SCHEMA else "channel"
-            text = f"{self.path.name}: a {kind} record is damaged and was left out."
-            self._notices.append(Notice("bag_damaged", text))
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.path.name, texts={"case": "record", "kind": kind}))
 
     def _record_at(self, data: NDArray[np.uint8], wanted: frozenset[str]) -> Callable[[int], MessageRecord | int]:
         view = memoryview(data)  # type: ignore[arg-type]

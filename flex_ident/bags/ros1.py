@@ -18,7 +18,7 @@ from flex_ident.bags.compression import decompressed, salvaged
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.bags.records import MessageRecord, record_blocks
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, CHUNK, CONNECTION = 2, 5, 7
@@ -129,11 +129,9 @@ class Ros1File:
             at = stop
 
     def _lost(self, at: int, end: int) -> None:
-        text = (
-            f"{self.path.name} is cut or damaged at byte {at} of {end}: the last {100.0 * (end - at) / end:.1f} % "
-            "are lost, what is whole was read."
-        )
-        self._notices.append(Notice("bag_damaged", text))
+        sizes = {"at": at, "size": end, "lost_percent": 100.0 * (end - at) / end}
+        said = {"case": "cut", "how": "is cut or damaged"}
+        self._notices.append(Notice(Code.BAG_DAMAGED, self.path.name, sizes, said))
 
     def _contents(self, fields: Fields, packed: memoryview, at: int, *, cut: bool) -> NDArray[np.uint8]:
         compression = _text(fields, b"compression").removeprefix("none")
@@ -143,8 +141,7 @@ class Ros1File:
             (size,) = LENGTH.unpack_from(fields.get(b"size", b"\0\0\0\0"))
             return decompressed(packed, compression, size)
         except (BagError, struct.error):
-            text = f"{self.path.name}: the chunk at byte {at} is damaged and was left out."
-            self._notices.append(Notice("bag_damaged", text))
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.path.name, {"at": at}, {"case": "chunk"}))
             return np.zeros(0, np.uint8)
 
     def _describe(self, fields: Fields, data: memoryview) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flex_ident.bags.messages import ROWS, Block, Topic, block_of
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 
 MAGIC = b"SQLite format 3\x00"
 
@@ -34,10 +34,7 @@ class SqliteFile:
             if not logged:
                 raise
             self._database, rows = _opened(path, "mode=ro&immutable=1")
-            text = (
-                f"{log.name} cannot be read: the newest messages are lost. Copy the bag to a folder that is writable."
-            )
-            self._lost_log.append(Notice("bag_damaged", text))
+            self._lost_log.append(Notice(Code.BAG_DAMAGED, log.name, texts={"case": "log"}))
         definitions: dict[str, tuple[str, str]] = {}
         with contextlib.suppress(sqlite3.Error):
             for kind, encoding, text in self._database.execute(
@@ -88,8 +85,8 @@ class SqliteFile:
         except sqlite3.Error as error:
             damage = error
         if damage is not None:
-            text = f"{self.path.name} is damaged ({damage}): {read} messages were read, the rest is lost."
-            self._notices.append(Notice("bag_damaged", text))
+            said = {"case": "database", "error": str(damage)}
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.path.name, {"read": read}, said))
 
 
 def _opened(path: Path, mode: str) -> tuple[sqlite3.Connection, list[tuple[int, str, str]]]:

@@ -15,7 +15,7 @@ from flex_ident.bags import mcap, ros1, sqlite
 from flex_ident.bags.compression import ZSTD_MAGIC, decompress_file, decompressed
 from flex_ident.bags.messages import Block, Storage, Topic, block_of
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 
 SUFFIXES = (".mcap", ".db3", ".zstd", ".zst", ".bag")
 
@@ -46,7 +46,7 @@ class Bag:
                 failures.append(error)
         if not self._parts:
             raise failures[0]
-        self._notices += [Notice("bag_damaged", f"a part was left out: {error}") for error in failures]
+        self._notices += [Notice(Code.BAG_DAMAGED, texts={"case": "part", "error": str(error)}) for error in failures]
 
     def __enter__(self) -> Bag:
         return self
@@ -90,10 +90,10 @@ class Bag:
         announced = self._announced()
         for topic, read in self._read.items():
             if read < announced.get(topic, 0):
-                text = f"{read} of {announced[topic]} messages of {topic} were read: the others are lost."
-                collected.append(Notice("bag_damaged", text))
+                sizes = {"read": read, "announced": announced[topic]}
+                collected.append(Notice(Code.BAG_DAMAGED, topic, sizes, {"case": "messages_lost"}))
         for topic, count in self._damaged.items():
-            collected.append(Notice("bag_damaged", f"{count} compressed messages of {topic} are damaged and lost."))
+            collected.append(Notice(Code.BAG_DAMAGED, topic, {"count": count}, {"case": "compressed"}))
         return tuple(dict.fromkeys(collected))
 
     def damage(self) -> tuple[Notice, ...]:
@@ -126,7 +126,7 @@ class Bag:
         files = [p for p in known if p.exists()] or found
         for missing in (p for p in known if not p.exists()):
             if files is not found:
-                self._notices.append(Notice("bag_damaged", f"{missing.name} of the bag is missing."))
+                self._notices.append(Notice(Code.BAG_DAMAGED, missing.name, texts={"case": "part_missing"}))
         if not files:
             raise BagError(f"{path}: holds no bag (no .mcap, .db3 or .bag file).")
         return files
@@ -173,8 +173,7 @@ class Bag:
                 self._temporary = tempfile.TemporaryDirectory(prefix="flex_ident_")
             plain = Path(self._temporary.name) / file.stem
             if not decompress_file(file, plain):
-                text = f"{file.name} is cut or damaged: what could be decompressed was read, the rest is lost."
-                self._notices.append(Notice("bag_damaged", text))
+                self._notices.append(Notice(Code.BAG_DAMAGED, file.name, texts={"case": "decompression"}))
             return self._opened(plain)
         if head.startswith(mcap.MAGIC):
             return mcap.McapFile(file)

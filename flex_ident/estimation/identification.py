@@ -18,6 +18,8 @@ from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
+from flex_ident.notices import Code, Notice
+from flex_ident.notices.codes import NOT_SI
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
@@ -31,16 +33,12 @@ from flex_ident.parameters import (
     TorqueCurves,
     with_systematic,
 )
-from flex_ident.recording import Floats, Notice, Recording
-from flex_ident.recording.magnitudes import NOT_SI
+from flex_ident.recording import Floats, Recording
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-MODEL_IGNORED = Notice(
-    "model_ignored", "the model given is not used: linear least squares needs no start and knows no effects."
-)
 DAMPING = "joint_damping.damping"
 DAMPING_TRADES, DAMPING_ERROR = (DAMPING, "FV", "FVm"), 0.03
 """Damping across the spring, friction on either side of it and the instants of the encoders stand in for each other
@@ -83,7 +81,7 @@ def identify(
     codes = {notice.code for notice in result.notices}
     if result.verdict == "trusted" and codes & set(NOT_SI):
         result = replace(result, verdict="doubtful")
-    if result.verdict == "rejected" and result.sensors == "motor+link" and "effort_reversed" not in codes:
+    if result.verdict == "rejected" and result.sensors == "motor+link" and Code.EFFORT_REVERSED not in codes:
         notice = motor_equation_notice(recording)
         if notice is not None:
             result = replace(result, notices=(notice, *result.notices))
@@ -103,7 +101,7 @@ def _identified(
             first_mode_hz=options.first_mode_hz,
             gravity=not prismatic,
         )
-        return found if options.model is None else replace(found, notices=(*found.notices, MODEL_IGNORED))
+        return found if options.model is None else replace(found, notices=(*found.notices, Notice(Code.MODEL_IGNORED)))
     try:
         return _simulated(recording, options, sensors, prismatic, progress)
     except ExcitationError as error:
@@ -164,11 +162,7 @@ def rigid_notice(recording: Recording, sprung_percent: float, *, prismatic: bool
     left = rigid_left_percent(recording, prismatic=prismatic)
     if left is None or not left <= min(sprung_percent, MOST_RIGID):
         return None
-    text = (
-        f"a rigid joint explains it as well ({left:.1f} against {sprung_percent:.1f} % of the torque left): "
-        "use --rigid, or sweep to higher frequencies for the spring."
-    )
-    return Notice("rigid_as_well", text)
+    return Notice(Code.RIGID_AS_WELL, "K", {"rigid_percent": left, "sprung_percent": sprung_percent})
 
 
 def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:
@@ -267,7 +261,7 @@ def identification_of(
     )
     notices = [*recording.notices, *objections, *identifiability_notices(parameters)]
     for group in estimate.uncertainty.undetermined:
-        notices.append(Notice("undetermined", f"only a combination of {', '.join(group)} is determined."))
+        notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:
         shown = tuple(round(f, 4) for f in sorted(derived.values()))
         response = FrequencyResponse(

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.estimation.estimate import Estimate
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Parameter, Verdict
-from flex_ident.recording import Notice
 from flex_ident.regression.verdict import (
     ESSENTIAL,
     HOPELESS_PERCENT,
@@ -61,11 +61,7 @@ def is_identifiable(estimate: Estimate, key: str) -> bool:
 
 def identifiability_notices(parameters: tuple[Parameter, ...]) -> list[Notice]:
     """One notice a parameter that the data cannot determine, with the experiment that would."""
-    notices = []
-    for p in parameters:
-        if not p.identifiable:
-            notices.append(Notice("not_identifiable", not_determined(p)))
-    return notices
+    return [not_determined(p) for p in parameters if not p.identifiable]
 
 
 @dataclass(frozen=True)
@@ -104,37 +100,31 @@ def _weak_parameters(evidence: Evidence) -> Iterator[Objection]:
         if not p.identifiable:
             yield "rejected", None  # identifiability_notices says it
         elif p.relative_std_percent > WEAK_PERCENT:
-            yield "doubtful", Notice("low_excitation", known_only(p))
+            yield "doubtful", known_only(p)
 
 
 def _poor_reproduction(evidence: Evidence) -> Iterator[Objection]:
     error, unseen = evidence.error_percent, evidence.validation_percent
     if not math.isfinite(unseen):
-        text = "too short to keep a part that the fit does not see: record at least ten seconds of motion."
-        yield "rejected", Notice("validation_gap", text)
+        yield "rejected", Notice(Code.VALIDATION_GAP, texts={"case": "short"})
         unseen = error
     worst = max(error, unseen)
     for notice in mismatches(worst):
         yield "doubtful" if worst <= HOPELESS_PERCENT else "rejected", notice
     if unseen > 1.5 * error + 2.0:
-        text = f"the error is {unseen:.1f} % where the fit did not look, {error:.1f} % overall: record longer."
-        yield "doubtful", Notice("validation_gap", text)
+        errors = {"unseen_percent": unseen, "error_percent": error}
+        yield "doubtful", Notice(Code.VALIDATION_GAP, numbers=errors, texts={"case": "larger"})
 
 
 def _mode_outside_band(evidence: Evidence) -> Iterator[Objection]:
     if evidence.locked_motor_hz > evidence.band_hz:
-        text = (
-            f"the locked-motor frequency, {evidence.locked_motor_hz:.3g} Hz, lies above the excited band, "
-            f"{evidence.band_hz:.3g} Hz: sweep beyond it."
-        )
-        yield "doubtful", Notice("mode_outside_band", text)
+        found = {"locked_motor_hz": evidence.locked_motor_hz, "band_hz": evidence.band_hz}
+        yield "doubtful", Notice(Code.MODE_OUTSIDE_BAND, numbers=found)
 
 
 def _sampled_slowly(evidence: Evidence) -> Iterator[Objection]:
     rate_hz, wanted_hz = 1.0 / evidence.sample_time, SAMPLES_A_PERIOD * evidence.locked_motor_hz
     if rate_hz < wanted_hz:
-        text = (
-            f"{rate_hz:.4g} Hz is slow for a locked-motor frequency of {evidence.locked_motor_hz:.3g} Hz: commands "
-            f"held that long fold back onto it. Command and record at {math.ceil(wanted_hz)} Hz or more."
-        )
-        yield "doubtful", Notice("sampled_slowly", text)
+        locked, wanted = evidence.locked_motor_hz, math.ceil(wanted_hz)
+        found = {"rate_hz": rate_hz, "locked_motor_hz": locked, "wanted_hz": wanted}
+        yield "doubtful", Notice(Code.SAMPLED_SLOWLY, numbers=found)

@@ -34,8 +34,9 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem, values_of
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification
-from flex_ident.recording import Floats, Notice, Recording
+from flex_ident.recording import Floats, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.regression.verdict import ESSENTIAL
 
@@ -48,6 +49,7 @@ NOT_A_MODEL = 0.95
 """Gap of the base over the torque's standard deviation from which the recording is not of such a joint."""
 AT_THE_LIMIT = 0.99
 """Of a sample: a delay or skew that the fit would have larger."""
+BELOW_A_SAMPLE = {"torque_delay": Code.TORQUE_DELAY_BELOW_A_SAMPLE, "link_skew": Code.LINK_SKEW_BELOW_A_SAMPLE}
 LEAST_S, LEAST_HELD_S = 4.0, 0.8
 """Usable motion, s, and of it the part kept for validation, under which nothing can be looked for."""
 PERIODS = 2.0
@@ -264,33 +266,24 @@ def _as_given(problem: FitProblem, options: GapOptions, refitted: float, held: N
     if options.model is None:
         return ()
     given = _gap(problem, {k: v for k, v in values_of(options.model).items() if k not in options.without}, held)
-    text = f"the model as given leaves {given:.3g} N m"
-    text += f"; with its parameters identified again, which is the base here, {refitted:.3g} N m."
-    return (Notice("model_as_given", text),)
+    return (Notice(Code.MODEL_AS_GIVEN, numbers={"given": given, "refitted": refitted}, texts={"unit": "N m"}),)
 
 
 def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
     notices = []
-    for key, signal in (("torque_delay", "torque"), ("link_skew", "link position")):
+    for key, code in BELOW_A_SAMPLE.items():
         value = search.fit.values.get(key, 0.0)
         samples = abs(value) / problem.recording.sample_time
         if key not in search.fit.free or samples < 0.05:
             continue
-        text = f"{signal} fits best when recorded {1e3 * value:+.3f} ms against the motor position, "
-        if samples < AT_THE_LIMIT:
-            text += "less than a sample: measurement, corrected for, not a finding."
-        else:
-            text += "the most that counts as measurement: it may be larger, or stand in for something else."
-        notices.append(Notice(f"{key}_below_a_sample", text))
+        case = "within" if samples < AT_THE_LIMIT else "at_limit"
+        notices.append(Notice(code, key, {"delay_ms": 1e3 * value, "samples": samples}, {"case": case}))
     return tuple(notices)
 
 
 def _refusal(effects: Sequence[str]) -> Notice:
     """Why nothing is named on a recording that does not determine the base model."""
-    text = "the recording does not determine the base model, so nothing is named"
-    if effects:
-        text += f" ({', '.join(effects)} would close some of the gap, by chance for all we know)"
-    return Notice("base_not_determined", text + ".")
+    return Notice(Code.BASE_NOT_DETERMINED, texts={"effects": ", ".join(effects)})
 
 
 def _curves(problem: FitProblem, base: Mapping[str, float], final: Mapping[str, float]) -> GapCurves:

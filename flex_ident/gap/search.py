@@ -206,7 +206,7 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
     for s in kept:
         if s.gain < WORTH_A_TRIAL and s.candidate.effect not in search.rejected:
             reason = "it would explain nothing of what is left"
-            search.rejected[s.candidate.effect] = Rejected(s.candidate.effect, 0.0, reason)
+            search.rejected[s.candidate.effect] = Rejected(s.candidate.effect, 0.0, reason, promising=False)
     for name in list(search.untestable):
         if name in promising:
             del search.untestable[name]

@@ -57,13 +57,13 @@ class JointModel:
         """The same model with base parameters dropped (they are zero then)."""
         return replace(self, parameters={k: v for k, v in self.parameters.items() if k not in keys})
 
-    def write(self, path: Path) -> None:
+    def write(self, path: Path | str) -> None:
         """Write `model.yaml`."""
         content = {
             "schema": SCHEMA, "joint": self.joint, "parameters": dict(self.parameters),
             "effects": {name: dict(p) for name, p in self.effects.items()},
         }  # fmt: skip
-        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        Path(path).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
 
 
 def read_joint_model(path: Path) -> JointModel:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.cleaning import cleaned_signal
-from flex_ident.recording.recording import Floats, Notice, Role, Signal
+from flex_ident.recording.recording import Floats, Role, Signal
 
 OTHER_CLOCK = 1_000_000_000
 """Difference in latency, ns, from which two headers are stamped by different clocks."""
@@ -76,13 +77,7 @@ def signals_of(
             time = (own.stamps + (shift - origin)).astype(np.float64) * 1e-9
             time[own.stamps == 0] = np.nan
             if shift:
-                notices.append(
-                    Notice(
-                        "different_clocks",
-                        f"stamps of {own.source} come from a clock {-shift * 1e-9:.6g} s off: brought to the motor "
-                        "position's by the usual time from stamp to reception.",
-                    )
-                )
+                notices.append(Notice(Code.DIFFERENT_CLOCKS, own.source, {"off_s": -shift * 1e-9}))
         else:
             # Shifted by the usual time from stamp to reception, so that all signals share one axis.
             time = (own.received - (latency + origin)).astype(np.float64) * 1e-9
@@ -107,13 +102,5 @@ def _clock_notices(signals: list[Signal], joint: str, latency: int, why: str) ->
     if not received:
         return []
     if len(received) == len(signals):
-        text = (
-            f"header stamps of {joint} {why}: times of reception were used, and samples taken as evenly spaced. "
-            "Stamp the messages where they are measured."
-        )
-        return [Notice("receive_times", text)]
-    text = (
-        f"{', '.join(received)} carry no usable stamp: times of reception were used, shifted by the usual latency of "
-        f"{latency * 1e-6:.2f} ms. A skew between torque and position biases viscous friction."
-    )
-    return [Notice("mixed_clocks", text)]
+        return [Notice(Code.RECEIVE_TIMES, joint, texts={"why": why})]
+    return [Notice(Code.MIXED_CLOCKS, ", ".join(received), {"latency_ms": latency * 1e-6})]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
+from flex_ident.report.sentences import sentence
 
 MEANING = {
     "Jm": "motor inertia", "K": "joint stiffness", "JL": "link inertia", "FVm": "motor viscous friction",
@@ -110,5 +111,5 @@ def result_text(result: Identification) -> str:
     for p in result.measurement:
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
             lines.append(f"measurement: {delay_text(p, prismatic=prismatic)}, corrected for")
-    lines += [f"warning: {n.message}" for n in result.notices]
+    lines += [f"warning: {sentence(n)}" for n in result.notices]
     return "\n".join(lines)

@@ -28,6 +28,7 @@ from rosbags.typesys import get_types_from_msg
 from flex_ident.bags import SignalSelection, joint_motions, read_recording
 from flex_ident.errors import BagError, ExcitationError, FlexIdentError, SignalError, UsageError
 from flex_ident.recording import Recording
+from flex_ident.report.sentences import sentence
 
 TIME = np.arange(1500) / RATE_HZ
 Q, U = position(TIME), effort(TIME)
@@ -541,5 +542,5 @@ def test_time_that_jumps_back_keeps_the_longest_stretch(tmp_path: Path) -> None:
     back = [m._replace(content=joint_state(ns(TIME[i] - 5.0), ["a"], [Q[i]], [U[i]])) for i, m in enumerate(messages)]
     recording = read_recording(bag_of(tmp_path, messages[:900] + back[900:]))
     assert codes(recording) == ["time_jumped_back"]
-    assert "jumps back once, by 5 s at most: the longest stretch of 900" in recording.notices[0].message
+    assert "jumps back once, by 5 s at most: the longest stretch of 900" in sentence(recording.notices[0])
     np.testing.assert_array_equal(recording.motor_position, Q[:900])

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from flex_ident.commands.compare import compared
-from flex_ident.commands.export import exported
-from flex_ident.commands.formats import FORMATS
 from flex_ident.errors import DataError
+from flex_ident.report.comparison import compared
+from flex_ident.report.export import exported
+from flex_ident.report.export.formats import FORMATS
 
 
 def written(path: Path, k: float) -> Path:

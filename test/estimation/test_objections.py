@@ -12,6 +12,7 @@ from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.recording import Recording
 from flex_ident.recording.magnitudes import magnitude_notices
+from flex_ident.report.sentences import sentence
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 EMPS = Path(__file__).resolve().parents[3] / "shared" / "real" / "emps_train"
@@ -27,7 +28,7 @@ def test_rigid_machine_is_sent_to_rigid() -> None:
     result = identify(read_recording(EMPS))
     assert result.verdict == "rejected"
     assert result.notices[0].code == "rigid_as_well"
-    assert "a rigid joint explains it as well (4.0 against 5.8 %" in result.notices[0].message
+    assert "a rigid joint explains it as well (4.0 against 5.8 %" in sentence(result.notices[0])
 
 
 def test_rigid_machine_on_which_the_spring_runs_away_is_sent_to_rigid() -> None:

@@ -10,6 +10,7 @@ from flex_ident.configuration.settings import Value
 from flex_ident.effects import check_effect_parameters
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap.options import GapOptions
 from flex_ident.parameters import JointModel, read_joint_model
 
 
@@ -54,4 +55,23 @@ def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
         first_mode_hz=float(values["first_mode_hz"]) or None,
         model=given_model(values),
         cutoff_sweep=bool(values["cutoff_sweep"]),
+    )
+
+
+def names_in(text: object) -> tuple[str, ...]:
+    """The names of a comma-separated list."""
+    return tuple(n.strip() for n in str(text).split(",") if n.strip())
+
+
+def gap_options(values: Mapping[str, Value]) -> GapOptions:
+    """How to search. Raises UsageError and ConfigurationError."""
+    return GapOptions(
+        sensors=str(values["sensors"]),
+        rigid=bool(values["rigid"]),
+        without=names_in(values["without"]),
+        effects=names_in(values["effects"]),
+        add=names_in(values["add"]),
+        model=given_model(values),
+        first_mode_hz=float(values["first_mode_hz"]) or None,
+        prismatic=bool(values["prismatic"]),
     )

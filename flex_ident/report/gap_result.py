@@ -9,8 +9,8 @@ from typing import Any
 from flex_ident.gap.explanation import Finding, GapExplanation, Region
 from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Parameter
-
-SCHEMA = "flex_ident/gap/1"
+from flex_ident.report import schemas
+from flex_ident.report.sentences import warning_content
 
 
 def _finite(value: float) -> float | None:
@@ -53,7 +53,7 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
     """The content of `gap.json` (schema flex_ident/gap/1)."""
     e = explanation
     return {
-        "schema": SCHEMA, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
+        "schema": schemas.GAP, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
         "gap": {
             "unit": e.unit, "measured_on": "validation", "before": e.before, "after": e.after,
             "noise_floor": e.noise_floor, "method_error": e.method_error, "closed": e.closed,
@@ -68,5 +68,5 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
         ],
         "unexplained": e.unexplained,
         "parameters": {p.key: _parameter(p) for p in e.final.parameters},
-        "warnings": [{"code": n.code, "message": n.message} for n in (*e.notices, *e.final.notices)],
+        "warnings": [warning_content(n) for n in (*e.notices, *e.final.notices)],
     }  # fmt: skip

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from flex_ident.commands.results import stored_result
+from flex_ident.report.stored import stored_result
 from flex_ident.report.table import rounded, text_table
 
 BEYOND_CHANCE = 3.0
