@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.HALF_GAP] += p.get("gap", 0.0) / 2.0
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -23,8 +18,7 @@ BACKLASH = Effect(
     name="backlash",
     summary="dead band in the transmission",
     equation="tau = K dead_band(d, gap / 2)",
-    parameters=(EffectParameter("gap", "rad", "full width of the dead band", lower=0.0),),
-    contribute=_contribute,
+    parameters=(EffectParameter("gap", "rad", "full width of the dead band", Term.HALF_GAP, factor=0.5, lower=0.0),),
     probes=_probes,
     where="spring",
     signature="a step of the residual where the deflection crosses zero",

@@ -10,6 +10,7 @@ import numpy as np
 
 from flex_ident.effects.probe import Probe, Scales
 from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
 
 EXACT = 0.01
 """Law error of what is geometry, time or arithmetic rather than a model of a material."""
@@ -21,11 +22,13 @@ Where = Literal["motor", "spring", "link", "measurement"]
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """One number of an effect: its name, unit, the range that physics allows, and what a step of it looks like."""
+    """One number of an effect: what it is, the range that physics allows, and the term it adds to, times `factor`."""
 
     name: str
     unit: str
     meaning: str
+    term: Term
+    factor: float = 1.0
     lower: float = float("-inf")
     upper: float = float("inf")
 
@@ -34,8 +37,8 @@ class EffectParameter:
 class Effect:
     """A physical effect: its equation, what it adds to the simulation, and how to recognise it.
 
-    `contribute(terms, parameters)` writes into the vector of `simulation.terms.Term` in place. `probes(scales)` gives
-    the sizes and shapes at which it enters the regression on what a model leaves.
+    `parameters` say to which terms of the simulation it adds: its law. `probes(scales)` gives the sizes and shapes at
+    which it enters the regression on what a model leaves.
     `bin_by` names the variable against which its residual is to be looked at; `confused_with` the effects whose
     residual is alike, `separated_by` the experiment that tells them apart.
     """
@@ -44,7 +47,6 @@ class Effect:
     summary: str
     equation: str
     parameters: tuple[EffectParameter, ...]
-    contribute: Callable[[Floats, Mapping[str, float]], None]
     probes: Callable[[Scales], Iterator[Probe]]
     where: Where
     signature: str
@@ -72,3 +74,8 @@ class Effect:
             if parameter.name == name:
                 return parameter
         raise KeyError(name)
+
+    def contribute(self, terms: Floats, values: Mapping[str, float]) -> None:
+        """Add its parameters, those in `values`, to the vector of terms (len(Term),) in place."""
+        for parameter in self.parameters:
+            terms[parameter.term] += parameter.factor * values.get(parameter.name, 0.0)

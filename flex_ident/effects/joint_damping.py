@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.SPRING_DAMPING] += p.get("damping", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -25,9 +20,14 @@ JOINT_DAMPING = Effect(
     summary="viscous damping across the spring",
     equation="tau + damping d'",
     parameters=(
-        EffectParameter("damping", "N m s/rad", "torque through the transmission a rate of deflection", lower=0.0),
+        EffectParameter(
+            "damping",
+            "N m s/rad",
+            "torque through the transmission a rate of deflection",
+            Term.SPRING_DAMPING,
+            lower=0.0,
+        ),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="spring",
     signature="a residual proportional to the rate of deflection, largest at resonance",

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.CUBIC_STIFFNESS] += p.get("cubic", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -23,9 +18,13 @@ NONLINEAR_STIFFNESS = Effect(
     summary="hardening or softening spring",
     equation="tau + cubic d^3",
     parameters=(
-        EffectParameter("cubic", "N m/rad^3", "third-order coefficient of the spring, negative where it softens"),
+        EffectParameter(
+            "cubic",
+            "N m/rad^3",
+            "third-order coefficient of the spring, negative where it softens",
+            Term.CUBIC_STIFFNESS,
+        ),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="spring",
     signature="a residual odd in deflection that grows with its cube",

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from flex_ident.effects.effect import EXACT, FINE, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
 LIMIT_SHARES = np.array((0.2, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94))
 LIMIT_QUANTILES = (0.6, 0.75, 0.9, 0.95, 0.98, 0.99, 0.995)
 """Limits that are tried: shares of the largest torque recorded, and quantiles of its magnitude."""
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.TORQUE_LIMIT] = p.get("limit", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -30,8 +25,9 @@ SATURATION = Effect(
     name="saturation",
     summary="commanded effort that the drive did not deliver",
     equation="delivered = clip(recorded, -limit, limit)",
-    parameters=(EffectParameter("limit", "N m", "largest torque that the drive delivers", lower=0.0),),
-    contribute=_contribute,
+    parameters=(
+        EffectParameter("limit", "N m", "largest torque that the drive delivers", Term.TORQUE_LIMIT, lower=0.0),
+    ),
     probes=_probes,
     refined=("limit", FINE),
     where="measurement",

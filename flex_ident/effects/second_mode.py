@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 
 from flex_ident.effects.effect import COARSE, EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.SECOND_INERTIA] += p.get("inertia", 0.0)
-    terms[Term.SECOND_STIFFNESS] += p.get("stiffness", 0.0)
-    terms[Term.SECOND_DAMPING] += p.get("damping", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -46,11 +39,10 @@ SECOND_MODE = Effect(
     summary="another resonance inside the band",
     equation="inertia q2'' = stiffness (q - q2) + damping (q' - q2')",
     parameters=(
-        EffectParameter("inertia", "kg m^2", "inertia behind the further spring", lower=0.0),
-        EffectParameter("stiffness", "N m/rad", "stiffness of the further spring", lower=0.0),
-        EffectParameter("damping", "N m s/rad", "damping across the further spring", lower=0.0),
+        EffectParameter("inertia", "kg m^2", "inertia behind the further spring", Term.SECOND_INERTIA, lower=0.0),
+        EffectParameter("stiffness", "N m/rad", "stiffness of the further spring", Term.SECOND_STIFFNESS, lower=0.0),
+        EffectParameter("damping", "N m s/rad", "damping across the further spring", Term.SECOND_DAMPING, lower=0.0),
     ),
-    contribute=_contribute,
     probes=_probes,
     refined=("stiffness", COARSE),
     raced=True,

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.TORQUE_DELAY] += p.get("delay", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -22,8 +17,11 @@ TIME_DELAY = Effect(
     name="time_delay",
     summary="torque or command recorded early or late against position",
     equation="torque recorded at t is that of t - delay",
-    parameters=(EffectParameter("delay", "s", "time by which the torque is recorded late", lower=-0.1, upper=0.1),),
-    contribute=_contribute,
+    parameters=(
+        EffectParameter(
+            "delay", "s", "time by which the torque is recorded late", Term.TORQUE_DELAY, lower=-0.1, upper=0.1
+        ),
+    ),
     probes=_probes,
     replaces="torque_delay",
     where="measurement",

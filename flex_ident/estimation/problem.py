@@ -16,7 +16,7 @@ from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.estimation.links import LinkResponses, usable_cores
 from flex_ident.filtering.direction import motion_direction, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
-from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
+from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
@@ -89,10 +89,8 @@ def is_force(key: str) -> bool:
     """Whether a key scales with force: such keys, all together, leave the link's motion as it is."""
     if "." in key:
         effect, name = key.split(".", 1)
-        unit = effect_named(effect).parameter(name).unit
-    else:
-        unit = UNITS.get(key, "")
-    return unit.startswith(("N", "kg"))
+        return effect_named(effect).parameter(name).term.force
+    return {**MEASUREMENT_TERMS, **RIGID_TERMS, **BASE_TERMS}[key][0].force
 
 
 def _held_after(marks: Bools, count: int) -> Bools:
