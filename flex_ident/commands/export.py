@@ -14,17 +14,19 @@ import yaml
 
 from flex_ident.commands.formats import FORMATS
 from flex_ident.commands.results import StoredResult, stored_result
-from flex_ident.errors import DataError, UsageError
-from flex_ident.simulation.terms import GRAVITY
+from flex_ident.effects import parameter_named
+from flex_ident.errors import ConfigurationError, DataError, UsageError
+from flex_ident.parameters import GRAVITY_KEYS
+from flex_ident.simulation.terms import GRAVITY, Term
 
 ROTOR_SHARE = 1e-6
 """Inertia of the rotor's body over its armature: MuJoCo wants a mass and an inertia of every body that moves."""
 STEPS_PER_PERIOD = 40.0
 """Time steps in a period of the free resonance."""
 LONGEST_STEP_S = 1e-3
-GRAVITY_EFFECTS = ("gravity.MX", "gravity.MY")
-TENDON_EFFECTS = ("backlash.gap", "joint_damping.damping")
-"""Effects that the MuJoCo model holds; others are named as left out."""
+GRAVITY_TERMS = (Term.GRAVITY_COS, Term.GRAVITY_SIN)
+TENDON_TERMS = (Term.HALF_GAP, Term.SPRING_DAMPING)
+"""Terms of effects that the MuJoCo model holds; others are named as left out."""
 
 
 def exported(path: Path, to: str) -> str:
@@ -71,6 +73,20 @@ def _positive(result: StoredResult, key: str) -> float:
     return value
 
 
+def _term_of(key: str) -> Term | None:
+    """The term that an effect's parameter adds to; None for a base parameter and for an effect that is none."""
+    try:
+        return parameter_named(key).term if "." in key else None
+    except (ConfigurationError, KeyError):
+        return None
+
+
+def _from_effects(result: StoredResult, term: Term, *, lowest: float = -math.inf) -> float:
+    """What the result's effects add to a term, each parameter at least `lowest`."""
+    keys = [p.key for p in result.parameters if _term_of(p.key) == term]
+    return math.fsum(parameter_named(key).factor * _number(result, key, lowest=lowest) for key in keys)
+
+
 def _has(result: StoredResult, key: str) -> bool:
     return any(p.key == key for p in result.parameters)
 
@@ -79,10 +95,10 @@ def _is_rigid(result: StoredResult) -> bool:
     return _has(result, "J")
 
 
-def _remarks(result: StoredResult, *texts: str, held: tuple[str, ...] = ()) -> str:
+def _remarks(result: StoredResult, *texts: str, held: tuple[Term, ...] = ()) -> str:
     """An XML comment: the verdict, what the recording does not determine, the texts, the effects left out."""
     weak = [p.key for p in result.parameters if not p.identifiable]
-    effects = [p.key for p in result.parameters if "." in p.key and p.key not in held]
+    effects = [p.key for p in result.parameters if "." in p.key and _term_of(p.key) not in held]
     lines = [
         f"{result.joint}: {result.verdict}, from {result.path.name} of flex_ident.",
         *([f"Not determined by the recording, do not rely on: {', '.join(weak)}."] if weak else []),
@@ -158,7 +174,7 @@ def _mujoco(result: StoredResult) -> str:
         texts.append(f"{motor} is the rotor on the link side of the gear, and the tendon the joint's spring.")
     offset = _number(result, "offset")
     constant = f' biastype="affine" biasprm="{-offset:.9g} 0 0"' if offset else ""
-    held = (*GRAVITY_EFFECTS, *(() if rigid else TENDON_EFFECTS))
+    held = GRAVITY_TERMS if rigid else (*GRAVITY_TERMS, *TENDON_TERMS)
     return (
         f"{_remarks(result, *texts, held=held)}\n"
         f"<mujoco model={quoteattr(result.joint)}>\n"
@@ -199,7 +215,10 @@ def _link_body(result: StoredResult, name: str, inertia: float, step: float) -> 
     if _slides(result):
         kind, mass = 'type="slide" axis="1 0 0"', inertia
     else:
-        mx, my = (_number(result, k) + _number(result, f"gravity.{k}") for k in ("MX", "MY"))
+        mx, my = (
+            _number(result, k) + _from_effects(result, t) / GRAVITY
+            for k, t in zip(GRAVITY_KEYS, GRAVITY_TERMS, strict=True)
+        )
         moment = math.hypot(mx, my)
         if moment > 0.0:
             mass = 2.0 * moment**2 / inertia
@@ -231,8 +250,8 @@ def _rotor_body(result: StoredResult, name: str, step: float) -> str:
 
 def _spring(result: StoredResult, link: str, motor: str) -> str:
     """The spring as a fixed tendon from link to rotor; its dead band is the backlash."""
-    half = 0.5 * _number(result, "backlash.gap", lowest=0.0)
-    damping = _number(result, "joint_damping.damping", lowest=0.0)
+    half = _from_effects(result, Term.HALF_GAP, lowest=0.0)
+    damping = _from_effects(result, Term.SPRING_DAMPING, lowest=0.0)
     return (
         f"  <tendon>\n"
         f'    <fixed name={quoteattr(link + "_spring")} stiffness="{_positive(result, "K"):.9g}" '

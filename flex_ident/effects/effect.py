@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 
 from flex_ident.effects.probe import Probe, Scales
+from flex_ident.effects.starting import Scans, Start
+from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -31,6 +33,13 @@ class EffectParameter:
     factor: float = 1.0
     lower: float = float("-inf")
     upper: float = float("inf")
+    angle: bool = False
+    """An angle: it has no size, and no limit that would mean anything."""
+
+    @property
+    def on_link(self) -> bool:
+        """Whether it belongs to the variant of its effect on the link's side, alone."""
+        return self.name.endswith("_link")
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,16 @@ class Effect:
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
     imitable: float = 1.0
     """Share of the error of method and laws that could look like this effect."""
+    cycles: str = ""
+    """Name of the parameter that says how many periods it has in a turn of the motor; empty for what has none."""
+    start: Callable[[Scans], Start | None] | None = None
+    """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
+    priors: Callable[[Floats], Mapping[str, Prior]] | None = None
+    """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
+    trades_with: tuple[str, ...] = ()
+    """Base keys that stand in for it but for little."""
+    trade_error: float = 0.0
+    """Share of its first parameter by which this and they may be wrong for it, one standard deviation."""
 
     def parameter(self, name: str) -> EffectParameter:
         """The parameter of that name; KeyError if there is none."""

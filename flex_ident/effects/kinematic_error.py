@@ -20,10 +20,11 @@ KINEMATIC_ERROR = Effect(
     parameters=(
         EffectParameter("amplitude", "rad", "amplitude of the error", Term.KINEMATIC_ERROR, lower=0.0),
         EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", Term.KINEMATIC_CYCLES, lower=0.1),
-        EffectParameter("phase", "rad", "phase at position zero", Term.KINEMATIC_PHASE),
+        EffectParameter("phase", "rad", "phase at position zero", Term.KINEMATIC_PHASE, angle=True),
     ),
     probes=_probes,
     refined=("cycles_per_turn", FINE),
+    cycles="cycles_per_turn",
     where="spring",
     signature="a line over motor angle that passes through the spring: it grows at resonance",
     bin_by="motor_position",

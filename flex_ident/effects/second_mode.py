@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,6 +13,9 @@ from flex_ident.effects.effect import COARSE, EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.simulation.terms import Term
 
+SHARES = (0.06, 0.2)
+"""Inertias tried, over the link's; a refit races from the first of them at each frequency."""
+
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     """Over a grid of frequencies; with a link encoder first the mass that the link's own motion shows."""
@@ -19,19 +23,19 @@ def _probes(scales: Scales) -> Iterator[Probe]:
     seen = scales.link_mode()
     if seen is not None:
         frequency_hz, share = seen
-        yield _mass(frequency_hz, link * share / (1.0 + share), 0.02, link)
+        yield _mass(frequency_hz, link * share / (1.0 + share), 0.02, link, raced=True)
     locked = math.sqrt(stiffness / link) / (2.0 * math.pi)
     highest = max(0.6 * locked, min(5.0 * locked, scales.band_hz))
-    for frequency, share in product(np.geomspace(0.6 * locked, highest, 10), (0.06, 0.2)):
-        yield _mass(float(frequency), share * link, 0.03, link)
+    for frequency, share in product(np.geomspace(0.6 * locked, highest, 10), SHARES):
+        yield _mass(float(frequency), share * link, 0.03, link, raced=share == SHARES[0])
 
 
-def _mass(frequency_hz: float, inertia: float, damping_ratio: float, link_inertia: float) -> Probe:
+def _mass(frequency_hz: float, inertia: float, damping_ratio: float, link_inertia: float, *, raced: bool) -> Probe:
     """A part of the link's inertia behind a further spring."""
     omega = 2.0 * math.pi * frequency_hz
     damping = 2.0 * damping_ratio * inertia * omega
     parameters = {"inertia": inertia, "stiffness": inertia * omega**2, "damping": damping}
-    return at_size(parameters, JL=link_inertia - inertia)
+    return replace(at_size(parameters, JL=link_inertia - inertia), raced=raced)
 
 
 SECOND_MODE = Effect(

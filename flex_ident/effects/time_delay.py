@@ -4,13 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
+from flex_ident.effects.starting import Scans, Start, far_off
 from flex_ident.simulation.terms import Term
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     yield in_proportion("delay", SAMPLES * scales.sample_time_s)
+
+
+DELAYS_A_PERIOD = 16
+"""Delays tried over a period of the end of the band."""
+
+
+def delay_scanned_start(scans: Scans) -> Start:
+    """The delay within half a period of the band's end with which a joint explains most. Raises ExcitationError."""
+    step = 1.0 / (DELAYS_A_PERIOD * scans.scales.band_hz)
+    delays = step * np.arange(-DELAYS_A_PERIOD // 2, DELAYS_A_PERIOD // 2 + 1)
+    earlier = np.column_stack([scans.reduced(scans.recorded_torque, delay=-float(d)) for d in delays])
+    which, model = scans.scanned(earlier)
+    return Start(model, {"delay": float(delays[which])})
+
+
+def _start(scans: Scans) -> Start | None:
+    """A fit that had to do without the delay may be lost."""
+    return delay_scanned_start(scans) if far_off(scans) else None
 
 
 TIME_DELAY = Effect(
@@ -23,6 +44,7 @@ TIME_DELAY = Effect(
         ),
     ),
     probes=_probes,
+    start=_start,
     replaces="torque_delay",
     where="measurement",
     signature="a phase of the residual that grows with frequency",

@@ -20,10 +20,11 @@ TORQUE_RIPPLE = Effect(
     parameters=(
         EffectParameter("amplitude", "N m", "amplitude of the ripple", Term.RIPPLE, lower=0.0),
         EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", Term.RIPPLE_CYCLES, lower=0.1),
-        EffectParameter("phase", "rad", "phase at position zero", Term.RIPPLE_PHASE),
+        EffectParameter("phase", "rad", "phase at position zero", Term.RIPPLE_PHASE, angle=True),
     ),
     probes=_probes,
     refined=("cycles_per_turn", FINE),
+    cycles="cycles_per_turn",
     where="motor",
     signature="a line in the spectrum of the residual over motor angle",
     bin_by="motor_position",

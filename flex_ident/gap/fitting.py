@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flex_ident.effects import effect_named
 from flex_ident.estimation.estimate import refined, started_values
 from flex_ident.estimation.fit import MEMORY_S, Fit, Prior, SimulationFit
 from flex_ident.estimation.nuisances import measurement_priors
@@ -111,14 +112,12 @@ def gap_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Pr
     if not problem.rigid:
         spread = 0.02 * float(np.std(problem.motion.velocity)) + 1e-9
         priors["initial_velocity"] = Prior(0.0, spread, -20.0 * spread, 20.0 * spread)
-    if "time_delay" in effects:
-        priors.pop("torque_delay", None)
-    if "encoder_skew" in effects:
-        priors.pop("link_skew", None)
-    if "saturation" in effects:  # reached half of the time it would clip the measurement itself away
-        asked = np.abs(problem.recording.motor_torque)
-        least, largest = float(np.median(asked)), float(np.max(asked))
-        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, least, 1.1 * largest)
+    for name in effects:
+        effect = effect_named(name)
+        priors.pop(effect.replaces, None)
+        if effect.priors is not None:
+            own = effect.priors(np.abs(problem.recording.motor_torque))
+            priors.update({f"{name}.{key}": prior for key, prior in own.items()})
     return priors
 
 
