@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 from flex_ident.effects.backlash import BACKLASH
-from flex_ident.effects.effect import Effect
+from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
@@ -52,6 +55,22 @@ def effect_named(name: str) -> Effect:
         return CATALOGUE[name]
     except KeyError:
         raise ConfigurationError(f"unknown effect '{name}': expected one of {', '.join(CATALOGUE)}.") from None
+
+
+def parameter_named(key: str) -> EffectParameter:
+    """The parameter of a flat key, `effect.name`. Raises ConfigurationError on an effect, KeyError on a parameter."""
+    effect, _, name = key.partition(".")
+    return effect_named(effect).parameter(name)
+
+
+def trade_error(key: str, values: Mapping[str, float]) -> float:
+    """Standard deviation of a flat key, as effects among the flat `values` and base keys stand in for each other."""
+    errors = []
+    for effect in CATALOGUE.values():
+        own = [f"{effect.name}.{p.name}" for p in effect.parameters]
+        if effect.trades_with and key in (*own, *effect.trades_with):
+            errors.append(effect.trade_error * values.get(own[0], 0.0))
+    return math.hypot(*errors)
 
 
 def check_effect_parameters(name: str, parameters: dict[str, float]) -> None:

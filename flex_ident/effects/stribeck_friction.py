@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.MOTOR_STRIBECK] += p.get("amplitude", 0.0)
-    terms[Term.MOTOR_STRIBECK_VELOCITY] = p.get("velocity", 0.0)
-    terms[Term.LINK_STRIBECK] += p.get("amplitude_link", 0.0)
-    terms[Term.LINK_STRIBECK_VELOCITY] = p.get("velocity_link", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -29,12 +21,13 @@ STRIBECK_FRICTION = Effect(
     summary="friction falls as speed rises from zero",
     equation="amplitude exp(-(v / velocity)^2) sign(v)",
     parameters=(
-        EffectParameter("amplitude", "N m", "excess of dry friction at standstill", lower=0.0),
-        EffectParameter("velocity", "rad/s", "speed at which the excess has fallen to 1/e", lower=1e-9),
-        EffectParameter("amplitude_link", "N m", "the same on the link", lower=0.0),
-        EffectParameter("velocity_link", "rad/s", "the same on the link", lower=1e-9),
+        EffectParameter("amplitude", "N m", "excess of dry friction at standstill", Term.MOTOR_STRIBECK, lower=0.0),
+        EffectParameter(
+            "velocity", "rad/s", "speed at which the excess has fallen to 1/e", Term.MOTOR_STRIBECK_VELOCITY, lower=1e-9
+        ),
+        EffectParameter("amplitude_link", "N m", "the same on the link", Term.LINK_STRIBECK, lower=0.0),
+        EffectParameter("velocity_link", "rad/s", "the same on the link", Term.LINK_STRIBECK_VELOCITY, lower=1e-9),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="motor",
     signature="peaks of torque just after each reversal, odd in velocity, gone at speed",

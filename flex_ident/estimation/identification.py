@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import parameter_named, trade_error
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
@@ -39,10 +39,6 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-DAMPING = "joint_damping.damping"
-DAMPING_TRADES, DAMPING_ERROR = (DAMPING, "FV", "FVm"), 0.03
-"""Damping across the spring, friction on either side of it and the instants of the encoders stand in for each other
-but for little: by this share of the damping they may be wrong (found on two plants that are not the model)."""
 GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 MOST_RIGID = 50.0
@@ -178,8 +174,7 @@ def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, fl
 def unit_of(key: str) -> str:
     """The unit of a base, measurement or effect key (revolute joint)."""
     if "." in key:
-        effect, name = key.split(".", 1)
-        return effect_named(effect).parameter(name).unit
+        return parameter_named(key).unit
     return UNITS.get(key, MEASUREMENT_UNITS.get(key, ""))
 
 
@@ -202,8 +197,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_TERMS:
         std = math.hypot(with_systematic(key, value, std), folding_error(estimate) * value)
-    if key in DAMPING_TRADES:
-        std = math.hypot(std, DAMPING_ERROR * estimate.fit.values.get(DAMPING, 0.0))
+    std = math.hypot(std, trade_error(key, estimate.fit.values))
     at_bound = key in estimate.fit.at_bound
     ci95 = None
     if at_bound:

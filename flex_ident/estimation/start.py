@@ -23,12 +23,8 @@ from flex_ident.simulation.terms import GRAVITY, Term, no_terms
 Shape = Mapping[Term, float]
 DAMPING_RATIOS = (0.02, 0.15)
 POINTS = 28
-LIMITS = np.geomspace(0.04, 1.0, 36)
-"""Limits of the torque tried, relative to the largest that was asked for."""
 POOR = 0.25
 """Share of the torque's energy that a start may leave before the opposite sign is tried."""
-DELAYS_A_PERIOD = 16
-"""Delays tried over a period of the end of the band."""
 
 
 def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None) -> dict[str, float]:
@@ -58,36 +54,18 @@ def _check_sign(problem: FitProblem, first_mode_hz: float | None, target: Floats
         raise ExcitationError(REVERSED)
 
 
-def delay_scanned_start(problem: FitProblem) -> tuple[float, dict[str, float]]:
-    """The same, the torque's delay scanned too: the delay, s, within half a period of the band's end, and the values.
+def torque_scanned_start(problem: FitProblem, torques: Floats) -> tuple[int, dict[str, float]]:
+    """The same, the torque's record scanned too: which of `torques` (r, d), N m, at the usable samples, fits best.
 
     Raises ExcitationError.
     """
-    step = 1.0 / (DELAYS_A_PERIOD * problem.band_hz)
-    delays = step * np.arange(-DELAYS_A_PERIOD // 2, DELAYS_A_PERIOD // 2 + 1)
-    recorded = problem.recording.motor_torque
-    earlier = np.column_stack([problem.reduced(recorded, delay=-float(d))[problem.usable] for d in delays])
-    which, values = _scanned(problem, None, earlier)
-    return float(delays[which]), values
-
-
-def limit_scanned_start(problem: FitProblem) -> tuple[float, dict[str, float]]:
-    """The same, a limit of the torque scanned too: the limit, N m, over which the drive delivered no more, and values.
-
-    Raises ExcitationError.
-    """
-    recorded = problem.recording.motor_torque
-    limits = np.max(np.abs(recorded)) * LIMITS
-    clipped = np.column_stack([problem.reduced(np.clip(recorded, -x, x))[problem.usable] for x in limits])
-    sizes = np.linalg.norm(clipped, axis=0)  # a lower limit leaves less torque, and less error for that reason alone
-    which, values = _scanned(problem, None, clipped / sizes)
-    return float(limits[which]), {key: value * float(sizes[which]) for key, value in values.items()}
+    return _best_scanned(problem, None, torques, _linear_spring)[1:]
 
 
 def spring_scanned_start(
     problem: FitProblem, shapes: Sequence[Callable[[float], Shape]]
-) -> tuple[int, float, dict[str, float]]:
-    """The same, the spring's law scanned too: which of `shapes` fits best, the link's inertia, and the values.
+) -> tuple[int, dict[str, float]]:
+    """The same, the spring's law scanned too: which of `shapes` fits best, and the values.
 
     A shape gives, for the square of the locked-motor frequency, (rad/s)^2, terms of a spring on a link of unit inertia.
     Raises ExcitationError.
@@ -103,12 +81,7 @@ def spring_scanned_start(
             best = (cost, which, values)
     if best is None:
         raise ExcitationError("no such spring explains the torque with positive inertias.")
-    return best[1], best[2]["JL"], best[2]
-
-
-def _scanned(problem: FitProblem, first_mode_hz: float | None, targets: Floats) -> tuple[int, dict[str, float]]:
-    """Which of the torques (m, d) fits best, and the values with it."""
-    return _best_scanned(problem, first_mode_hz, targets, _linear_spring)[1:]
+    return best[1:]
 
 
 def _linear_spring(_square: float) -> Shape:

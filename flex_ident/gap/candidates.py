@@ -55,20 +55,12 @@ class Candidate:
     @property
     def side(self) -> str:
         """`link` for the variant on the link's side, else empty."""
-        return "link" if any(k.endswith("_link") for k in self.keys) else ""
+        effect = effect_named(self.effect)
+        return "link" if any(effect.parameter(name).on_link for name in self.probe.columns[0]) else ""
 
     def start(self, sizes: tuple[float, ...]) -> dict[str, float]:
         """Values of the keys from which a fit starts, `sizes` being the linear estimates for each probe."""
-        probes = self.probes
-        values = dict(probes[0])
-        if self._flat("phase") in values:
-            values[self._flat("amplitude")] *= math.hypot(*sizes)
-            values[self._flat("phase")] = math.atan2(sizes[1], sizes[0])
-            return values
-        if len(probes) > 1:
-            return {k: sum(a * p[k] for a, p in zip(sizes, probes, strict=True)) for k in values}
-        size, scaled = sizes[0] if self.probe.smooth else float(np.clip(sizes[0], 0.2, 3.0)), self.scaled
-        return {k: v * size if k in scaled else v for k, v in values.items()}
+        return {self._flat(name): value for name, value in self.probe.start(sizes).items()}
 
     def _flat(self, name: str) -> str:
         return f"{self.effect}.{name}"
@@ -76,7 +68,7 @@ class Candidate:
 
 def candidates(problem: FitProblem, values: Mapping[str, float], options: GapOptions) -> Iterator[Candidate]:
     """Every candidate that makes sense for this problem and is not part of the model yet."""
-    scales = _scales(problem, values, options)
+    scales = scales_of(problem, values, options)
     present = {k.split(".")[0] for k in values if "." in k}
     for name, effect in CATALOGUE.items():
         if name in present or (options.effects and name not in options.effects):
@@ -85,11 +77,12 @@ def candidates(problem: FitProblem, values: Mapping[str, float], options: GapOpt
             continue
         anew: Mapping[str, float] | None = None
         for probe in effect.probes(scales):
-            anew = start_anew(name, problem, values, scales) if anew is None else anew
+            anew = start_anew(effect, problem, values, scales) if anew is None else anew
             yield Candidate(name, probe, anew)
 
 
-def _scales(problem: FitProblem, values: Mapping[str, float], options: GapOptions) -> Scales:
+def scales_of(problem: FitProblem, values: Mapping[str, float], options: GapOptions) -> Scales:
+    """What sizes of effects are measured against, for one problem under the model as it stands."""
     torque = float(np.std(problem.torque))
     speed = float(np.sqrt(np.mean(problem.motion.velocity**2)))
     spring = problem.link_response_of(values)

@@ -228,7 +228,7 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
 def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
     """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
     trial = accepted.trial
-    cycles = trial.fit.values.get(f"{trial.effect}.cycles_per_turn")
+    cycles = trial.fit.values.get(f"{trial.effect}.{effect_named(trial.effect).cycles}")
     if cycles is None:
         return ""
     periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)

@@ -18,14 +18,15 @@ from flex_ident.simulation.terms import Term
 def transmission_error_change(
     problem: FitProblem, values: Mapping[str, float], probe: Mapping[str, float]
 ) -> tuple[Floats, ...]:
-    """Change (m,) of each residual when `kinematic_error` of a small amplitude joins the model.
+    """Change (m,) of each residual when the small transmission error in the flat keys of `probe` joins the model.
 
     Equation 5 linearised about the motion; the motor bears the spring's torque by virtual work.
     """
     terms = terms_of(values, rigid=problem.rigid)
     delay, skew = float(terms[Term.TORQUE_DELAY]), float(terms[Term.LINK_SKEW])
-    stiffness, damping = values["K"], values.get("joint_damping.damping", 0.0)
-    inertia, viscous = values["JL"], values.get("FV", 0.0)
+    stiffness, damping = float(terms[Term.STIFFNESS]), float(terms[Term.SPRING_DAMPING])
+    inertia, viscous = float(terms[Term.LINK_INERTIA]), float(terms[Term.LINK_VISCOUS])
+    small = terms_of(probe, rigid=problem.rigid)
 
     def link(omega: Floats) -> Complexes:
         spring = stiffness + 1j * omega * damping
@@ -38,8 +39,8 @@ def transmission_error_change(
     def position(omega: Floats) -> Complexes:
         return np.asarray(link(omega) * np.exp(-1j * omega * skew))
 
-    amplitude, cycles = probe["kinematic_error.amplitude"], probe["kinematic_error.cycles_per_turn"]
-    angle = cycles * problem.motion.position + probe["kinematic_error.phase"]
+    amplitude, cycles = float(small[Term.KINEMATIC_ERROR]), float(small[Term.KINEMATIC_CYCLES])
+    angle = cycles * problem.motion.position + float(small[Term.KINEMATIC_PHASE])
     error, slope = amplitude * np.sin(angle), amplitude * cycles * np.cos(angle)
     moved = problem.link_response_of(values)
     assert moved is not None

@@ -13,7 +13,9 @@ from flex_ident.gap.candidates import Candidate, refined_candidates
 from flex_ident.gap.linear_probe import transmission_error_change
 from flex_ident.likelihood.fit import Fit, SimulationFit
 from flex_ident.likelihood.links import usable_cores
+from flex_ident.likelihood.problem import terms_of
 from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
 
 VISIBLE = 10.0
 """Size of an effect's mark on the whitened residual, beyond what the model itself can do, from which it is testable."""
@@ -77,7 +79,7 @@ def _orthonormal(fit: Fit, drop: str) -> Floats:
 
 def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]) -> Floats:
     """Change (r,) of the whitened residual when the model takes other values."""
-    if "kinematic_error.amplitude" in values:
+    if terms_of(values, rigid=solver.problem.rigid)[Term.KINEMATIC_ERROR] != 0.0:
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)
     return moved - fit.residual

@@ -9,7 +9,7 @@ from functools import partial
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
-from flex_ident.gap.candidates import Candidate, candidates
+from flex_ident.gap.candidates import candidates
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.screening import VISIBLE, Score, scores
@@ -258,7 +258,7 @@ def _search_deeply(
     else:
         progress(0.9, f"trying {_words(deep)}")
         shapes = [c for c in candidates(search.solver.problem, search.fit.values, options) if c.effect == name]
-        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in _spread(shapes)]
+        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes if c.probe.raced]
         starts.append(best_start(search.solver, search.fit, deep))
         try:
             trials.append(tried(search.solver, search.fit, deep.candidate, starts, own))
@@ -291,12 +291,6 @@ def _raced(score: Score) -> bool:
 
 def _words(score: Score) -> str:
     return score.candidate.effect.replace("_", " ")
-
-
-def _spread(shapes: list[Candidate]) -> list[Candidate]:
-    """The shapes to race from: what the link's motion shows, and one inertia at each frequency of the grid."""
-    odd = len(shapes) % 2
-    return [*shapes[:odd], *shapes[odd::2]]
 
 
 def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flex_ident.effects import CATALOGUE, effect_named
+from flex_ident.effects import CATALOGUE, effect_named, parameter_named
 from flex_ident.errors import ExcitationError
 from flex_ident.gap.candidates import Candidate
 from flex_ident.gap.screening import Score
@@ -247,16 +247,16 @@ def _objection(
     rise = _torque_rms(solver, fit) / _torque_rms(solver, before) - 1.0
     if rise > 0.002:
         return f"the torque's gap grows by {100 * rise:.1f} % with it"
-    bound = [k for k in candidate.keys if k in fit.at_bound and not k.endswith(".phase")]
+    bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
-    cycles = fit.values.get(f"{candidate.effect}.cycles_per_turn", math.inf)
+    cycles = fit.values.get(f"{candidate.effect}.{effect_named(candidate.effect).cycles}", math.inf)
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
         return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)
     if weak is not None:
         return f"{weak[0]} is known to {weak[1]:.1f} standard deviations only, {SIGNIFICANT:.0f} needed"
-    shape = [k for k in candidate.keys if k not in candidate.scaled and not k.endswith(".phase")]
+    shape = [k for k in candidate.keys if k not in candidate.scaled and not parameter_named(k).angle]
     vague = _weakest(solver, fit, shape, SIGNIFICANT_SHAPE) if shape else None
     if vague is not None:
         return f"its shape is not determined: {vague[0]} is known to {vague[1]:.1f} standard deviations"

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import parameter_named
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.whitening import Whitening, settled, whitening_of
 from flex_ident.parameters import NON_NEGATIVE
+from flex_ident.parameters.prior import Prior as Prior
 from flex_ident.recording import Floats
 
 LOGARITHMIC = ("Jm", "K", "JL", "J")
@@ -22,17 +23,6 @@ RELATIVE_STEP = 3e-6
 """Small: where two keys are nearly parallel, the curvature over a larger step passes for their difference."""
 MEMORY_S = 0.35
 """Memory of the whitening filter, s."""
-
-
-@dataclass(frozen=True)
-class Prior:
-    """What is known of a nuisance before the data: mean and standard deviation, hard bounds, where a fit starts."""
-
-    mean: float
-    std: float
-    lower: float
-    upper: float
-    start: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -97,8 +87,7 @@ def key_bounds(key: str, priors: Mapping[str, Prior]) -> tuple[float, float]:
     if key in priors:
         return priors[key].lower, priors[key].upper
     if "." in key:
-        effect, name = key.split(".", 1)
-        parameter = effect_named(effect).parameter(name)
+        parameter = parameter_named(key)
         return parameter.lower, parameter.upper
     return (0.0, np.inf) if key in NON_NEGATIVE else (-np.inf, np.inf)
 

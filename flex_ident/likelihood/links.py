@@ -13,13 +13,7 @@ from flex_ident.simulation.motion import MotorMotion
 from flex_ident.simulation.response import LinkMotion, link_motion, link_motions
 from flex_ident.simulation.terms import Term
 
-MOTOR_SIDE = [
-    int(t)
-    for t in Term
-    if Term.MOTOR_INERTIA <= t <= Term.RIPPLE_PHASE
-    or Term.TORQUE_DELAY <= t <= Term.TORQUE_LIMIT
-    or Term.REVERSAL_SPEED <= t <= Term.EFFORT_LAG
-]
+MOTOR_SIDE = [int(t) for t in Term if not t.moves_link]
 """Terms that leave the link's motion as it is: no simulation is needed for their sensitivity."""
 REMEMBERED = 4
 """The point of linearisation is asked for again and again."""

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flex_ident.likelihood.fit import Prior
+from flex_ident.effects import effect_named
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.prior import Prior
 
 LATE_SAMPLES = 3.0
 """Samples by which a signal may be recorded late or early and be corrected for."""
@@ -58,12 +59,10 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
 def search_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Prior]:
     """The same, delays within one sample: more is an effect. An accepted one replaces its key."""
     priors = measurement_priors(problem, late_samples=1.0)
-    if "time_delay" in effects:
-        priors.pop("torque_delay", None)
-    if "encoder_skew" in effects:
-        priors.pop("link_skew", None)
-    if "saturation" in effects:  # reached half of the time it would clip the measurement itself away
-        asked = np.abs(problem.recording.motor_torque)
-        least, largest = float(np.median(asked)), float(np.max(asked))
-        priors["saturation.limit"] = Prior(0.7 * largest, 100.0 * largest, least, 1.1 * largest)
+    for name in effects:
+        effect = effect_named(name)
+        priors.pop(effect.replaces, None)
+        if effect.priors is not None:
+            own = effect.priors(np.abs(problem.recording.motor_torque))
+            priors.update({f"{name}.{key}": prior for key, prior in own.items()})
     return priors

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import effect_named, parameter_named
 from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
 from flex_ident.likelihood.links import LinkResponses, usable_cores
-from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel
+from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
@@ -89,11 +89,8 @@ def model_of(values: Mapping[str, float], *, rigid: bool, joint: str = "") -> Jo
 def is_force(key: str) -> bool:
     """Whether a key scales with force: such keys, all together, leave the link's motion as it is."""
     if "." in key:
-        effect, name = key.split(".", 1)
-        unit = effect_named(effect).parameter(name).unit
-    else:
-        unit = UNITS.get(key, "")
-    return unit.startswith(("N", "kg"))
+        return parameter_named(key).term.force
+    return {**MEASUREMENT_TERMS, **RIGID_TERMS, **BASE_TERMS}[key][0].force
 
 
 def _held_after(marks: Bools, count: int) -> Bools:
@@ -239,10 +236,15 @@ class FitProblem:
 
     def measured_torque(self, values: Mapping[str, float]) -> Floats:
         """The recorded torque (m,), clipped where the model says that the drive delivered no more."""
-        limit = values.get("saturation.limit", 0.0)
+        limit = float(terms_of(values, rigid=self.rigid)[Term.TORQUE_LIMIT])
         if limit <= 0.0 or limit >= float(np.max(np.abs(self._raw_torque))):
             return self.torque
         return self.reduced(np.clip(self._raw_torque, -limit, limit))
+
+    def _limited(self, values: Mapping[str, float]) -> bool:
+        """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""
+        terms = terms_of(values, rigid=self.rigid)
+        return any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
 
     def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
         """Measured minus predicted, (m,) each: torque, and link position where there is one."""
@@ -275,7 +277,7 @@ class FitProblem:
         rest = self._compared(values, base)
         columns = [np.zeros((r.size, len(keys))) for r in rest]
         scaling = [key for key, value in values.items() if value != 0.0 and is_force(key)]
-        homogeneous = "JL" in keys and set(scaling) <= set(keys) and "saturation.limit" not in values
+        homogeneous = "JL" in keys and set(scaling) <= set(keys) and not self._limited(values)
         varied = [key for key in keys if not (homogeneous and key == "JL")]
         moved = [{**values, key: values.get(key, 0.0) + steps[key]} for key in varied]
         for key, there in zip(varied, self.residuals_of_many(moved), strict=True):

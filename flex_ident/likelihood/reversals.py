@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from flex_ident.filtering.spectral import lowpass_response
-from flex_ident.likelihood.problem import DRIVE_MARGIN, FitProblem
+from flex_ident.likelihood.problem import DRIVE_MARGIN, FitProblem, terms_of
 from flex_ident.likelihood.whitening import Whitening
 from flex_ident.recording import Floats
+from flex_ident.simulation.response import standstill_friction
 
 STANDSTILL = 1.5
 """Velocity, relative to what the recording resolves, under which the direction counts as unknown."""
@@ -59,7 +60,7 @@ class Cluster:
 
 def dry_friction(values: Mapping[str, float]) -> float:
     """Size of the motor's dry friction at standstill, N m, under flat values."""
-    return values.get("FS" if "J" in values else "FSm", 0.0) + values.get("stribeck_friction.amplitude", 0.0)
+    return standstill_friction(terms_of(values, rigid="J" in values))
 
 
 def standstills(problem: FitProblem) -> list[tuple[int, int]]:
