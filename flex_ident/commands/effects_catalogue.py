@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, Effect
-from flex_ident.gap.candidates import candidates
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.where import variables
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
+from flex_ident.screening.candidates import candidates
 from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
 
 BAND_HZ = 30.0

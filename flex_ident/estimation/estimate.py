@@ -8,17 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.start import scanned_start
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.nuisances import measurement_priors
 from flex_ident.likelihood.problem import Bools, FitProblem
+from flex_ident.likelihood.remainder import Remainder, remainder
+from flex_ident.likelihood.start import scanned_start
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.verdict import REVERSED
+from flex_ident.screening.suspects import Suspect, suspects, widened
 
 Progress = Callable[[float], None]
 VALIDATION_BLOCK_S = 1.0
@@ -43,6 +45,10 @@ class Estimate:
     validation: Bools
     """Where (m,) the fit `trained` did not look."""
     trained: Mapping[str, float]
+    left: Remainder
+    suspects: tuple[Suspect, ...]
+    plain: Uncertainty
+    """The uncertainty as if the model were right; `uncertainty` is joined with what suspects would move."""
 
 
 def validation_blocks(problem: FitProblem) -> Bools:
@@ -160,6 +166,7 @@ def estimated(
     start: Mapping[str, float],
     *,
     priors: Mapping[str, Prior] | None = None,
+    prismatic: bool = False,
     progress: Progress | None = None,
 ) -> Estimate:
     """Maximum likelihood over `base_keys` and the nuisances, with uncertainty and a held-out check."""
@@ -169,15 +176,20 @@ def estimated(
         return lambda x: progress(low + x * (high - low)) if progress is not None else None
 
     solver, fit = base_fit(problem, base_keys, start, nuisances, progress=part(0.0, 0.8))
-    found = estimate_of(solver, fit)
+    found = estimate_of(solver, fit, prismatic=prismatic)
     part(0.8, 1.0)(1.0)
     return found
 
 
-def estimate_of(solver: SteadyFit, fit: Fit) -> Estimate:
-    """A fit with its uncertainty, and fitted again without the validation part."""
+def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Estimate:
+    """A fit with its uncertainty, fitted again without the validation part, and what may be missing."""
     problem = solver.problem
     validation = validation_blocks(problem)
     own = SteadyFit(problem.restricted(problem.usable & ~validation), priors=solver.priors, marks=solver.marks)
     trained = own.solve(fit.free, fit.values, fit.whitenings, iterations=6, tolerance=1e-6)
-    return Estimate(problem, solver, fit, uncertainty_of(fit, problem.rate_hz), validation, trained.values)
+    plain, left, found = (
+        uncertainty_of(fit, problem.rate_hz),
+        remainder(solver, fit),
+        suspects(solver, fit, prismatic=prismatic),
+    )
+    return Estimate(problem, solver, fit, widened(plain, found, left), validation, trained.values, left, found, plain)

@@ -11,9 +11,9 @@ import numpy as np
 from flex_ident.effects import parameter_named, trade_error
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
-from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
+from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, rigid_keys, started_values
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged
+from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged, moved_stds
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.likelihood.fit import key_bounds
@@ -31,7 +31,6 @@ from flex_ident.parameters import (
     Parameter,
     Sensors,
     TorqueCurves,
-    with_systematic,
 )
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression import identify_linear
@@ -88,11 +87,11 @@ def _identified(
     recording: Recording, options: IdentifyOptions, prismatic: bool, progress: Progress | None
 ) -> Identification:
     sensors = chosen_sensors(recording, options.sensors)
-    if options.method != "auto" or options.rigid:
+    if options.method != "auto":
         found = identify_linear(
             recording,
             sensors=sensors,
-            method="weighted" if options.method == "auto" else options.method,
+            method=options.method,
             rigid=options.rigid,
             first_mode_hz=options.first_mode_hz,
             gravity=not prismatic,
@@ -101,6 +100,8 @@ def _identified(
     try:
         return _simulated(recording, options, sensors, prismatic, progress)
     except ExcitationError as error:
+        if options.rigid:
+            raise
         rigid = None if sensors == "motor+link" else rigid_left_percent(recording, prismatic=prismatic)
         if rigid is None or rigid > GOOD_RIGID:
             raise
@@ -111,27 +112,23 @@ def _simulated(
     recording: Recording, options: IdentifyOptions, sensors: Sensors, prismatic: bool, progress: Progress | None
 ) -> Identification:
     """Maximum likelihood by simulation, rejected where a rigid joint does as well."""
-    problem = fit_problem(recording, sensors=sensors, first_mode_hz=options.first_mode_hz)
-    keys: tuple[str, ...] = tuple(k for k in FLEXIBLE_KEYS if not (prismatic and k in GRAVITY_KEYS))
-    start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
-    if options.model is not None:
-        given = values_of(options.model)
-        effects = {k: v for k, v in given.items() if "." in k}
-        keys = (*keys, *effects)
-        start = better_start(problem, {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **given}, {**start, **effects})
-    if progress is not None:
-        progress(0.1)
-    estimate = estimated(problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x))
+    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
+    estimate = estimated(
+        problem, *base_start(problem, options, prismatic=prismatic), prismatic=prismatic,
+        progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
+    )  # fmt: skip
     response = first_mode(recording, hint_hz=options.first_mode_hz).response
+    if options.rigid:
+        response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
     rigid = (
         None
-        if sensors == "motor+link"
+        if sensors == "motor+link" or options.rigid
         else rigid_notice(recording, result.fit.relative_error_percent, prismatic=prismatic)
     )
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
-    if not options.cutoff_sweep or result.verdict == "rejected":
+    if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
         return result
     sweep = swept_cutoffs(
         recording, estimate, result.parameters, progress=None if progress is None else lambda x: progress(0.7 + 0.3 * x)
@@ -139,6 +136,23 @@ def _simulated(
     assert result.filter is not None
     notices = cutoff_notices(sweep, result.parameters, result.filter.cutoff_rad_s)
     return replace(result, cutoff_sweep=sweep, notices=(*result.notices, *notices))
+
+
+def base_start(
+    problem: FitProblem, options: IdentifyOptions, *, prismatic: bool = False
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Keys of the base model, the effects of a given model included, and the values from which its fit starts."""
+    if problem.rigid:
+        keys = rigid_keys(problem, gravity=not prismatic)
+    else:
+        keys = tuple(k for k in FLEXIBLE_KEYS if not (prismatic and k in GRAVITY_KEYS))
+    start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
+    if options.model is None:
+        return keys, start
+    given = values_of(options.model)
+    effects = {k: v for k, v in given.items() if "." in k}
+    start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
+    return tuple(dict.fromkeys((*keys, *given))), start
 
 
 def rigid_left_percent(recording: Recording, *, prismatic: bool) -> float | None:
@@ -196,7 +210,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     value = float(estimate.fit.values[key])
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_TERMS:
-        std = math.hypot(with_systematic(key, value, std), folding_error(estimate) * value)
+        std = math.hypot(std, folding_error(estimate) * value)
     std = math.hypot(std, trade_error(key, estimate.fit.values))
     at_bound = key in estimate.fit.at_bound
     ci95 = None
@@ -251,6 +265,9 @@ def identification_of(
             sample_time=recording.sample_time,
             locked_motor_hz=derived.get("locked_motor_hz", 0.0),
             band_hz=problem.band_hz,
+            left=estimate.left,
+            suspects=estimate.suspects,
+            moved=moved_stds(estimate),
         )
     )
     notices = [*recording.notices, *objections, *identifiability_notices(parameters)]

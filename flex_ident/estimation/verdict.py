@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from flex_ident.estimation.estimate import Estimate
+from flex_ident.likelihood.remainder import Remainder
 from flex_ident.notices import Code, Notice
-from flex_ident.parameters import Parameter, Verdict
+from flex_ident.parameters import UNITS, Parameter, Verdict
 from flex_ident.regression.verdict import (
     ESSENTIAL,
     HOPELESS_PERCENT,
@@ -20,6 +21,7 @@ from flex_ident.regression.verdict import (
     mismatches,
     not_determined,
 )
+from flex_ident.screening.suspects import Suspect
 
 RELATIVE_LIMIT = 0.3
 """A parameter less certain than this, relative to itself, is identifiable only if small in effect."""
@@ -28,6 +30,9 @@ EFFECT_LIMIT = 0.01
 
 SAMPLES_A_PERIOD = 10.0
 """Samples in a period of the locked-motor frequency under which a result is doubtful."""
+
+MOVED = 1.0
+"""Standard deviations by which an effect that the recording shows must move a parameter to make the result doubtful."""
 
 Objection = tuple[Verdict, Notice | None]
 
@@ -75,6 +80,24 @@ class Evidence:
     sample_time: float
     locked_motor_hz: float
     band_hz: float
+    left: Remainder
+    suspects: tuple[Suspect, ...] = ()
+    moved: Mapping[str, float] = field(default_factory=dict)
+    """For each suspect the most standard deviations by which it would move a parameter that the data determine."""
+
+
+def moved_stds(estimate: Estimate) -> dict[str, float]:
+    """For each suspect the most standard deviations by which it would move a base parameter, were the model right."""
+    fit, plain = estimate.fit, estimate.plain
+    found: dict[str, float] = {}
+    for suspect in estimate.suspects:
+        sizes = [
+            abs(float(suspect.shift[i])) / plain.std(key)
+            for i, key in enumerate(fit.free)
+            if key in UNITS and 0.0 < plain.std(key) < math.inf and is_identifiable(estimate, key)
+        ]
+        found[suspect.effect] = max(found.get(suspect.effect, 0.0), *sizes, 0.0)
+    return found
 
 
 def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
@@ -84,6 +107,7 @@ def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
         *_poor_reproduction(evidence),
         *_mode_outside_band(evidence),
         *_sampled_slowly(evidence),
+        *_structure(evidence),
         *(("doubtful", notice) for notice in late_signals(evidence.measurement, evidence.sample_time)),
     ]
     worst: Verdict = "trusted"
@@ -128,3 +152,17 @@ def _sampled_slowly(evidence: Evidence) -> Iterator[Objection]:
         locked, wanted = evidence.locked_motor_hz, math.ceil(wanted_hz)
         found = {"rate_hz": rate_hz, "locked_motor_hz": locked, "wanted_hz": wanted}
         yield "doubtful", Notice(Code.SAMPLED_SLOWLY, numbers=found)
+
+
+def _structure(evidence: Evidence) -> Iterator[Objection]:
+    """More is left than noise, or an effect is seen that would move the parameters."""
+    left = evidence.left
+    if left.evidence == "none":
+        yield "doubtful", Notice(Code.NOISE_UNKNOWN, "motor_torque", {"left": left.gap})
+    structured = left.structured(left.gap)
+    if structured:
+        yield "doubtful", Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", {"gap": left.gap, "noise": left.floor})
+    strong = [s for s in evidence.suspects if s.strong]
+    if strong and (structured or any(evidence.moved.get(s.effect, 0.0) > MOVED for s in strong)):
+        found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}
+        yield "doubtful", Notice(Code.CAUSE_SUSPECTED, strong[0].effect, found)

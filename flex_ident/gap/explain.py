@@ -27,7 +27,6 @@ from flex_ident.gap.explanation import (
 )
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Accepted, Progress, Search, searched
-from flex_ident.gap.trials import effects_in
 from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
@@ -39,6 +38,7 @@ from flex_ident.parameters import Identification
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.regression.verdict import ESSENTIAL
+from flex_ident.screening.sketching import effects_in
 
 VALIDATION_ITERATIONS = 5
 STIFFEST = 0.75

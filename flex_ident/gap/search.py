@@ -3,33 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
-from flex_ident.gap.candidates import candidates
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.screening import VISIBLE, Score, scores
-from flex_ident.gap.trials import (
-    Trial,
-    best_start,
-    closed_share,
-    compared,
-    effects_in,
-    excess_of,
-    final_polish,
-    own_error_of,
-    sketched,
-    starts_of,
-    tried,
-    without,
-)
+from flex_ident.gap.trials import Trial, closed_share, compared, excess_of, final_polish, own_error_of, tried, without
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.screening.candidates import Candidate, candidates
+from flex_ident.screening.scoring import VISIBLE, Score, scores
+from flex_ident.screening.sketching import best_start, effects_in, sketched, starts_of
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
@@ -190,8 +178,13 @@ def _part(progress: Progress, start: float, share: float, text: str) -> None:
     progress(start + share / MOST_EFFECTS, text)
 
 
+def _candidates(search: Search, effects: tuple[str, ...], options: GapOptions) -> Iterator[Candidate]:
+    problem, values = search.solver.problem, search.fit.values
+    return candidates(problem, values, effects=effects, prismatic=options.prismatic)
+
+
 def _scored(search: Search, options: GapOptions) -> list[Score]:
-    tries = list(candidates(search.solver.problem, search.fit.values, options))
+    tries = list(_candidates(search, options.effects, options))
     found = scores(search.solver, search.fit, tries)
     kept = []
     for score in found:
@@ -257,7 +250,7 @@ def _search_deeply(
         why = "what is left is no more than noise and the method's own error"
     else:
         progress(0.9, f"trying {_words(deep)}")
-        shapes = [c for c in candidates(search.solver.problem, search.fit.values, options) if c.effect == name]
+        shapes = [c for c in _candidates(search, options.effects, options) if c.effect == name]
         starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes if c.probe.raced]
         starts.append(best_start(search.solver, search.fit, deep))
         try:
@@ -295,8 +288,7 @@ def _words(score: Score) -> str:
 
 def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     """The search with an effect put in, whatever speaks against it. Raises DataError."""
-    own = replace(options, effects=(name,), add=())
-    tries = list(candidates(search.solver.problem, search.fit.values, own))
+    tries = list(_candidates(search, (name,), options))
     found = scores(search.solver, search.fit, tries)
     if not found:
         already = name in effects_in(search.fit.free)

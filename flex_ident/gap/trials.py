@@ -10,13 +10,12 @@ import numpy as np
 
 from flex_ident.effects import CATALOGUE, effect_named, parameter_named
 from flex_ident.errors import ExcitationError
-from flex_ident.gap.candidates import Candidate
-from flex_ident.gap.screening import Score
 from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_out_comparison, log_likelihood_gain
 from flex_ident.likelihood.covariance import uncertainty_of
-from flex_ident.likelihood.fit import LOGARITHMIC, Fit, key_bounds
-from flex_ident.likelihood.nuisances import search_priors
+from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.screening.candidates import Candidate
+from flex_ident.screening.sketching import extended_solver
 
 EVIDENCE = 10.0
 """Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
@@ -38,12 +37,8 @@ ROUNDS = 6
 jump, and weights that expect the first residual hold it back."""
 WORTH_ANOTHER = 0.8
 """Share of the cost that such a round must leave at most for another to follow."""
-SKETCH = 2
-"""Iterations of a sketch."""
 RACE = ((1, 4), (2, 2), (4, 1))
 """Rounds of the race among shapes of one effect: iterations, and how many go on."""
-SIZES = (1.0, 0.4, 0.12)
-"""Shares of the linear estimate of an effect's size from which the refit may start."""
 
 
 @dataclass(frozen=True)
@@ -72,40 +67,6 @@ def excess_of(solver: SteadyFit, fit: Fit) -> float:
     return float(residual @ residual) / residual.size - 1.0
 
 
-def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
-    """Names of the effects among flat keys."""
-    return tuple(dict.fromkeys(k.split(".")[0] for k in keys if "." in k))
-
-
-def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:
-    """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
-    effects = (*effects_in(free), *(c.effect for c in added))
-    extended = SteadyFit(solver.problem, priors=search_priors(solver.problem, effects), marks=solver.marks)
-    own = tuple(k for c in added for k in c.keys)
-    dropped = [c.replaces for c in added]
-    return extended, (*(k for k in free if k not in dropped and k not in own), *own)
-
-
-def sketched(solver: SteadyFit, fit: Fit, score: Score) -> Fit:
-    """A rough refit with a candidate: what it promises once the whole model follows. Raises ExcitationError."""
-    extended, keys = extended_solver(solver, fit.free, score.candidate)
-    starts = starts_of(solver, fit, score)
-    fits = [extended.solve(keys, s, fit.whitenings, iterations=SKETCH, tolerance=1e-3, rough=True) for s in starts]
-    return min(fits, key=lambda f: f.cost / _torque_energy(extended, f))
-
-
-def _torque_energy(solver: SteadyFit, fit: Fit) -> float:
-    """Sum of squares of the torque as measured under a model: a limit that clips all of it leaves no error either."""
-    torque = solver.problem.measured_torque(fit.values)[solver.problem.usable]
-    return float(torque @ torque)
-
-
-def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Mapping[str, float]]:
-    """Where a refit may start: near the fit without the candidate and, if that is far off, from anew."""
-    near = best_start(solver, fit, score)
-    return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
-
-
 def tried(
     solver: SteadyFit, fit: Fit, candidate: Candidate, starts: Sequence[Mapping[str, float]], own_error: float
 ) -> Trial:
@@ -128,42 +89,6 @@ def compared(solver: SteadyFit, before: Fit, after: Fit, candidate: Candidate, o
     imitable = effect_named(candidate.effect).imitable * own_error
     objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), imitable)
     return Trial(candidate, solver, after, evidence, held, share, excess, objection)
-
-
-def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
-    """Where a refit starts: the effect at the linear estimate or less, the model following it."""
-    candidate = score.candidate
-    solver, _ = extended_solver(solver, fit.free, candidate)
-    whole = candidate.start(score.sizes)
-    dropped = candidate.replaces
-    kept = [i for i, k in enumerate(fit.free) if k != dropped and k not in fit.at_bound]
-    jacobian = fit.jacobian[:, kept]
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale[scale == 0.0] = 1.0
-    options: list[dict[str, float]] = []
-    for size in SIZES:
-        values = {**fit.values, **{k: v * size if k in candidate.scaled else v for k, v in whole.items()}}
-        if dropped:
-            values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
-            values[dropped] = 0.0
-        options.append(values)
-    residuals = solver.whitened_residuals(options, fit.whitenings)
-    finite = [(v, r) for v, r in zip(options, residuals, strict=True) if np.isfinite(r).all()]
-    followed: list[dict[str, float]] = []
-    for values, residual in finite:
-        step = np.linalg.lstsq(jacobian / scale, -residual, rcond=1e-6)[0] / scale
-        moved = dict(values)
-        for i, change in zip(kept, step, strict=True):
-            key = fit.free[i]
-            now = values[key] + float(change)
-            low, high = key_bounds(key, solver.priors)
-            if key in LOGARITHMIC:
-                now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
-            moved[key] = float(np.clip(now, low, high))
-        followed.append(moved)
-    tried_out = [*finite, *zip(followed, solver.whitened_residuals(followed, fit.whitenings), strict=True)]
-    costs = [(float(r @ r), i) for i, (_, r) in enumerate(tried_out) if np.isfinite(r).all()]
-    return tried_out[min(costs)[1]][0] if costs else {**fit.values, **whole}
 
 
 def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:

@@ -25,7 +25,7 @@ STANDSTILL = 0.05
 STRUCTURE = 1.12
 """Gap over the noise floor from which what is left counts as structure."""
 Evidence = Literal["repeats", "above_band", "quiet", "none"]
-"""What tells the noise from the gap: what does not repeat, what lies above the motion, cells without motion; or none."""
+"""What tells the noise from the gap: what does not repeat, what lies above the motion, quiet cells, nothing."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ def friction_share(
     """Dry friction over its size (n,), -1 to 1, along a motion.
 
     `velocity` (n,), rad/s, and `half_width` (n,), its change within half a sample; `position` (n,), rad. `speed`,
-    rad/s: friction grows with tanh(v / speed), averaged over the sample. `way`, rad: it turns over with the way moved (Dahl
-    1968: dz/dq = (1 - z sign v) / way). `lead`: samples by which it turns over early.
+    rad/s: friction grows with tanh(v / speed), averaged over the sample. `way`, rad: it turns over with the way moved
+    (Dahl 1968: dz/dq = (1 - z sign v) / way). `lead`: samples by which it turns over early.
     """
     share: Floats = np.clip(velocity / half_width, -1.0, 1.0)
     if speed > 0.0:

@@ -19,8 +19,8 @@ from flex_ident.effects.starting import Scans, Start
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import unit_of
 from flex_ident.gap import GapOptions
-from flex_ident.gap.candidates import candidates
 from flex_ident.parameters.prior import Prior
+from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import Term
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 

@@ -9,8 +9,8 @@ from flex_ident.effects.backlash import dead_band_start
 from flex_ident.effects.time_delay import delay_scanned_start
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.gap import GapOptions, explain
-from flex_ident.gap.anew import FitScans
-from flex_ident.gap.candidates import scales_of
+from flex_ident.screening.anew import FitScans
+from flex_ident.screening.candidates import scales_of
 from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
 
 EXPERIMENT = Experiment(duration_s=24.0, sample_rate_hz=500.0)

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.gap.candidates import Candidate, refined_candidates
-from flex_ident.gap.linear_probe import transmission_error_change
 from flex_ident.likelihood.fit import Fit, SimulationFit
 from flex_ident.likelihood.links import usable_cores
 from flex_ident.likelihood.problem import terms_of
 from flex_ident.recording import Floats
+from flex_ident.screening.candidates import Candidate, refined_candidates
+from flex_ident.screening.linear_probe import transmission_error_change
 from flex_ident.simulation.terms import Term
 
 VISIBLE = 10.0
@@ -35,14 +35,17 @@ class Score:
     orthogonal: float
     mark: float
     sizes: tuple[float, ...]
+    shift: Floats | None = None
+    """Change (p,) of the free values that goes with the effect at its linear estimate; None where it has none."""
 
 
 def scores(solver: SimulationFit, fit: Fit, tried: Iterable[Candidate]) -> list[Score]:
     """The best score of each effect, best first. Probes are simulated at finite size, on all cores."""
-    bases = {drop: _orthonormal(fit, drop) for drop in {e.replaces for e in CATALOGUE.values()}}
+    bases = {drop: orthonormal(fit, drop) for drop in {e.replaces for e in CATALOGUE.values()}}
+    following = following_of(fit)
 
     def scored(candidate: Candidate) -> Score | None:
-        return _score(solver, fit, candidate, bases[candidate.replaces])
+        return _score(solver, fit, candidate, bases[candidate.replaces], following)
 
     with ThreadPoolExecutor(usable_cores()) as pool:
         best = _best(pool.map(scored, tried))
@@ -66,7 +69,7 @@ def _best(found: Iterable[Score | None]) -> dict[tuple[str, str], Score]:
     return best
 
 
-def _orthonormal(fit: Fit, drop: str) -> Floats:
+def orthonormal(fit: Fit, drop: str) -> Floats:
     """Orthonormal columns (r, k) of what the model's own free parameters can do."""
     kept = [i for i, key in enumerate(fit.free) if key != drop]
     jacobian = fit.jacobian[:, kept]
@@ -85,21 +88,59 @@ def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]
     return moved - fit.residual
 
 
-def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats) -> Score | None:
+def following_of(fit: Fit) -> Floats:
+    """How the model's free values follow (p, r) a change of the whitened residual that is to be made up for."""
+    inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
+    known = np.sqrt(np.diag(fit.prior_information))[inside]
+    rows = np.concatenate((fit.jacobian[:, inside], np.diag(known)))
+    scale = np.linalg.norm(rows, axis=0)
+    scale[scale == 0.0] = 1.0
+    following = np.zeros((len(fit.free), fit.residual.size))
+    following[inside] = -np.linalg.pinv(rows / scale, rcond=1e-7)[:, : fit.residual.size] / scale[:, None]
+    return following
+
+
+def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats, following: Floats) -> Score | None:
     columns = np.column_stack([whitened_change(solver, fit, p) for p in candidate.probes])
+    found = projected(fit, columns, basis, following)
+    if found is None:
+        return None
+    mark = candidate.plausible * found.seen
+    if candidate.probe.one_sided and found.sizes[0] <= 0.0:
+        return Score(candidate, 0.0, found.orthogonal, mark, (candidate.plausible,))
+    # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.
+    return Score(candidate, found.gain, found.orthogonal, mark, found.sizes, found.shift)
+
+
+@dataclass(frozen=True)
+class Projection:
+    """What columns explain of a residual beyond the model's own parameters: twice the log-likelihood gained, the
+    share of the columns beyond them, the size of that part, the sizes of the columns, the model's shift (p,) with
+    them."""
+
+    gain: float
+    orthogonal: float
+    seen: float
+    sizes: tuple[float, ...]
+    shift: Floats
+
+
+def projected(fit: Fit, columns: Floats, basis: Floats, following: Floats) -> Projection | None:
+    """The least-squares sizes of whitened columns (r, k); None where one of them is nothing or not finite."""
     if not np.isfinite(columns).all():
         return None
     whole = np.linalg.norm(columns, axis=0)
     if not (whole > 0.0).all():
         return None
     rest = columns - basis @ (basis.T @ columns)
-    orthogonal = float(np.max(np.linalg.norm(rest, axis=0) / whole))
-    mark = candidate.plausible * float(np.max(np.linalg.norm(rest, axis=0)))
+    seen = np.linalg.norm(rest, axis=0)
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     solution, *_ = np.linalg.lstsq(rest, -residual, rcond=1e-9)
-    if candidate.probe.one_sided and solution[0] <= 0.0:
-        return Score(candidate, 0.0, orthogonal, mark, (candidate.plausible,))
-    explained = rest @ solution
-    size = float(np.linalg.norm(explained))
-    # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.
-    return Score(candidate, size**2, orthogonal, mark, tuple(map(float, solution)))
+    gain = float(np.linalg.norm(rest @ solution)) ** 2
+    return Projection(
+        gain,
+        float(np.max(seen / whole)),
+        float(np.max(seen)),
+        tuple(map(float, solution)),
+        following @ (columns @ solution),
+    )

@@ -12,10 +12,9 @@ import numpy as np
 from flex_ident.effects import CATALOGUE, Probe, Scales, effect_named
 from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
 from flex_ident.filtering import first_mode
-from flex_ident.gap.anew import start_anew
-from flex_ident.gap.options import GapOptions
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import GRAVITY_KEYS
+from flex_ident.screening.anew import start_anew
 
 
 @dataclass(frozen=True)
@@ -66,12 +65,17 @@ class Candidate:
         return f"{self.effect}.{name}"
 
 
-def candidates(problem: FitProblem, values: Mapping[str, float], options: GapOptions) -> Iterator[Candidate]:
-    """Every candidate that makes sense for this problem and is not part of the model yet."""
-    scales = scales_of(problem, values, options)
+def candidates(
+    problem: FitProblem, values: Mapping[str, float], *, effects: tuple[str, ...] = (), prismatic: bool = False
+) -> Iterator[Candidate]:
+    """Every candidate that makes sense for this problem and is not part of the model yet.
+
+    `effects` restricts the catalogue where it is not empty; what slides (`prismatic`) has no first moments.
+    """
+    scales = scales_of(problem, values, prismatic=prismatic)
     present = {k.split(".")[0] for k in values if "." in k}
     for name, effect in CATALOGUE.items():
-        if name in present or (options.effects and name not in options.effects):
+        if name in present or (effects and name not in effects):
             continue
         if (effect.needs_spring and problem.rigid) or (effect.needs_link and problem.link is None):
             continue
@@ -81,7 +85,7 @@ def candidates(problem: FitProblem, values: Mapping[str, float], options: GapOpt
             yield Candidate(name, probe, anew)
 
 
-def scales_of(problem: FitProblem, values: Mapping[str, float], options: GapOptions) -> Scales:
+def scales_of(problem: FitProblem, values: Mapping[str, float], *, prismatic: bool = False) -> Scales:
     """What sizes of effects are measured against, for one problem under the model as it stands."""
     torque = float(np.std(problem.torque))
     speed = float(np.sqrt(np.mean(problem.motion.velocity**2)))
@@ -100,7 +104,7 @@ def scales_of(problem: FitProblem, values: Mapping[str, float], options: GapOpti
         recorded_torque=np.abs(problem.recording.motor_torque),
         sides=("",) if problem.rigid else ("", "_link"),
         model=values,
-        missing_moments=() if options.prismatic else tuple(k for k in GRAVITY_KEYS if k not in values),
+        missing_moments=() if prismatic else tuple(k for k in GRAVITY_KEYS if k not in values),
         link_mode=partial(_link_mode, problem, values),
     )
 

@@ -5,6 +5,7 @@ Its dry friction is left out: good enough to rank spatial frequencies, of which 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -48,4 +49,39 @@ def transmission_error_change(
     changes = [-problem.reduced_through(error, torque) - borne]
     if problem.link is not None:
         changes.append(-problem.reduced_through(error, position))
+    return tuple(changes)
+
+
+def mount_change(
+    problem: FitProblem, values: Mapping[str, float], frequency_hz: float, ratio: float, inertia: float
+) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when the base on which the joint stands gives way.
+
+    The base, of `inertia` kg m^2 with the motor's, swings at `frequency_hz` with damping `ratio` under the joint's
+    reaction; positions are relative to it. Linear: good for a base that is heavy against the joint, or off its
+    resonance.
+    """
+    terms = terms_of(values, rigid=problem.rigid)
+    late = float(terms[Term.TORQUE_DELAY])
+    own = float(terms[Term.MOTOR_INERTIA])
+    reaction = own * problem.motion.acceleration
+    moved = problem.link_response_of(values)
+    if moved is not None:
+        reaction = reaction + moved.spring_torque
+    natural = 2.0 * math.pi * frequency_hz
+    stiffness, link_inertia, viscous = (float(terms[t]) for t in (Term.STIFFNESS, Term.LINK_INERTIA, Term.LINK_VISCOUS))
+
+    def acceleration(omega: Floats) -> Complexes:
+        return np.asarray(omega**2 / (natural**2 - omega**2 + 2j * ratio * natural * omega) / inertia)
+
+    def deflection(omega: Floats) -> Complexes:
+        return np.asarray(link_inertia / (stiffness - link_inertia * omega**2 + 1j * omega * viscous))
+
+    def torque(omega: Floats) -> Complexes:
+        borne = own + (0.0 if moved is None else stiffness * deflection(omega))
+        return np.asarray(borne * acceleration(omega) * np.exp(-1j * omega * late))
+
+    changes = [-problem.reduced_through(reaction, torque)]
+    if problem.link is not None:
+        changes.append(problem.reduced_through(reaction, lambda omega: deflection(omega) * acceleration(omega)))
     return tuple(changes)

@@ -10,10 +10,10 @@ import numpy as np
 from flex_ident.effects import Effect, Scales
 from flex_ident.effects.starting import Shape
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.start import spring_scanned_start, torque_scanned_start
-from flex_ident.gap.spring_start import measured_spring_start
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.start import spring_scanned_start, torque_scanned_start
 from flex_ident.recording import Floats
+from flex_ident.screening.spring_start import measured_spring_start
 
 
 @dataclass(frozen=True)
