@@ -58,28 +58,31 @@ def mount_change(
     """Change (m,) of each residual when the base on which the joint stands gives way.
 
     The base, of `inertia` kg m^2 with the motor's, swings at `frequency_hz` with damping `ratio` under the joint's
-    reaction; positions are relative to it. Linear: good for a base that is heavy against the joint, or off its
-    resonance.
+    reaction; positions are relative to it. Linear: the link's dry friction damps as its first harmonic does.
     """
     terms = terms_of(values, rigid=problem.rigid)
     late = float(terms[Term.TORQUE_DELAY])
     own = float(terms[Term.MOTOR_INERTIA])
-    reaction = own * problem.motion.acceleration
+    reaction, dry = own * problem.motion.acceleration, 0.0
     moved = problem.link_response_of(values)
     if moved is not None:
         reaction = reaction + moved.spring_torque
+        speed = math.sqrt(2.0) * float(np.std(moved.velocity)) + 1e-12
+        dry = 4.0 * float(terms[Term.LINK_COULOMB]) / (math.pi * speed)
     natural = 2.0 * math.pi * frequency_hz
     stiffness, link_inertia, viscous = (float(terms[t]) for t in (Term.STIFFNESS, Term.LINK_INERTIA, Term.LINK_VISCOUS))
 
-    def acceleration(omega: Floats) -> Complexes:
-        return np.asarray(omega**2 / (natural**2 - omega**2 + 2j * ratio * natural * omega) / inertia)
-
     def deflection(omega: Floats) -> Complexes:
-        return np.asarray(link_inertia / (stiffness - link_inertia * omega**2 + 1j * omega * viscous))
+        if moved is None:
+            return np.zeros(omega.size, complex)
+        return np.asarray(link_inertia / (stiffness - link_inertia * omega**2 + 1j * omega * (viscous + dry)))
+
+    def acceleration(omega: Floats) -> Complexes:
+        alone = inertia * (natural**2 - omega**2 + 2j * ratio * natural * omega)
+        return np.asarray(omega**2 / (alone - omega**2 * stiffness * deflection(omega)))
 
     def torque(omega: Floats) -> Complexes:
-        borne = own + (0.0 if moved is None else stiffness * deflection(omega))
-        return np.asarray(borne * acceleration(omega) * np.exp(-1j * omega * late))
+        return np.asarray((own + stiffness * deflection(omega)) * acceleration(omega) * np.exp(-1j * omega * late))
 
     changes = [-problem.reduced_through(reaction, torque)]
     if problem.link is not None:
