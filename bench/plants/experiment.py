@@ -177,7 +177,7 @@ def made(case: Case) -> Made:
     corner = 10.0 * high if soft else size.speed / (2.0 * np.pi * size.travel)
     if case.excitation == "prbs":
         corner = min(high, 2.0 * joint.locked_hz()) if soft else 2.0 * corner
-    t = np.arange(int(round(case.duration_s / tick))) * tick
+    t = np.arange(round(case.duration_s / tick)) * tick
     wave = excitation(case.excitation, t, case.duration_s, low, high, corner, case.generator(2))
     if case.excitation == "rich" and soft:
         wave = np.clip(wave, -1.0, 1.0)

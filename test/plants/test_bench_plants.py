@@ -1,4 +1,4 @@
-"""The plants of `bench/plants`: two integrators agree with each other and with closed forms, and sticking is sticking."""
+"""The plants of `bench/plants`: two integrators agree with each other and with closed forms; sticking is sticking."""
 
 import subprocess
 import sys
