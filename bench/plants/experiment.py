@@ -186,7 +186,7 @@ def made(case: Case) -> Made:
         case, wave, q0, tick, motor_step, float(phases[0]), current_s, rng.uniform(0.85, 1.15, 5)
     )  # fmt: skip
     if case.friction == "tanh":
-        share = float(np.exp(case.generator(5).uniform(np.log(3e-4), np.log(2e-3))))
+        share = float(np.exp(case.generator(5).uniform(np.log(1.5e-4), np.log(6e-4))))
         joint = joint._replace(tanh_speed=share * size.speed)
     noise = float(np.exp(rng.uniform(np.log(0.003), np.log(0.02))))
     amplitude = first_amplitude(joint, case, drive_of(joint, setup, 1.0))

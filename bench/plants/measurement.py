@@ -66,12 +66,15 @@ def recorded(ticks: Floats, ratio: int, tick_s: float, chain: Chain, rng: np.ran
     """One recording of the integrators' (n, 6) at every `ratio`-th tick."""
     rate = 1.0 / (tick_s * ratio)
     if chain.effort == "mean":  # of the sample that ends
-        total = np.concatenate(([0.0], np.cumsum(ticks[:, 3])))
-        at = np.arange(0, ticks.shape[0], ratio)
-        effort = (total[at] - total[np.maximum(at - ratio, 0)]) / ratio
-        effort[0] = ticks[0, 3]
-        effort = lagged(effort, rate, chain.lag_hz)
-        effort = shifted(effort, chain.delay_samples)
+        fine = ticks[:, 3]
+        if chain.lag_hz > 0.0:
+            after = lagged(fine, 1.0 / tick_s, chain.lag_hz)
+            fine = 0.5 * (after + np.append(after[1:], after[-1]))
+        total = np.concatenate(([0.0], np.cumsum(fine)))
+        end = np.arange(0, ticks.shape[0], ratio) - chain.delay_samples * ratio
+        at = np.arange(total.size, dtype=np.float64)
+        effort = (np.interp(end, at, total) - np.interp(end - ratio, at, total)) / ratio
+        effort[end < ratio] = ticks[0, 3]
     else:
         fine = ticks[:, 2] if chain.effort == "command" else ticks[:, 4]
         fine = lagged(fine, 1.0 / tick_s, chain.lag_hz)
