@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
-from plants import case_of  # noqa: E402
+from plants import case_of, made  # noqa: E402
 from plants.drive import CONTROLLERS, TORQUE, Drive  # noqa: E402
 from plants.events import run_events  # noqa: E402
 from plants.excitation import EXCITATIONS  # noqa: E402
 from plants.hidden import EFFECTS  # noqa: E402
 from plants.joints import SIZES  # noqa: E402
 from plants.laws import Joint, gravity_load  # noqa: E402
+from plants.measurement import Chain, recorded  # noqa: E402
 from plants.stepping import run_stepping  # noqa: E402
 
 TICK = 1e-3
@@ -109,3 +110,22 @@ def test_sixty_recordings_meet_everything() -> None:
     assert {(c.effect, c.size) for c in (case_of(1, i, True) for i in range(63))} == {
         (e, s) for e in EFFECTS for s in range(3)
     }
+
+
+def test_recording_is_its_seed_and_index() -> None:
+    one, two, other = (made(case_of(seed, 1)) for seed in (1, 1, 2))
+    assert one.truth == two.truth
+    assert np.array_equal(one.recorded.motor_torque, two.recorded.motor_torque)
+    assert one.truth != other.truth
+
+
+@pytest.mark.parametrize(("effort", "late"), [("command", 0.0), ("delivered", 0.0), ("mean", 0.5)])
+@pytest.mark.parametrize("delay", [0.0, 2.5])
+def test_effort_is_late_by_what_its_kind_says(effort: str, late: float, delay: float) -> None:
+    ratio, tick = 4, 2.5e-4
+    ramp = np.arange(4000.0)  # N m a tick; the mean over a tick lies half a tick later
+    ticks = np.stack([ramp, ramp, ramp, ramp + 0.5, ramp, 0.0 * ramp], 1)
+    chain = Chain(1e-9, 1e-9, 0.5, 0.5, effort, 0.0, delay_samples=delay)
+    torque = recorded(ticks, ratio, tick, chain, np.random.default_rng(0)).motor_torque
+    samples = np.arange(torque.size, dtype=np.float64)[20:]
+    assert np.allclose(torque[20:], ratio * (samples - late - delay))
