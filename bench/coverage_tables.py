@@ -15,6 +15,7 @@ MAIN = ("Jm", "K", "JL")
 GROUPS = ("controller", "excitation", "rate", "joint", "friction", "effort", "loud")
 VERDICTS = ("trusted", "doubtful", "rejected", "error")
 FAR = 3.0
+FARTHEST_LINES = 12
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -114,6 +115,19 @@ def group_rows(lines: list[Line], column: str) -> list[list[object]]:
     return rows
 
 
+def farthest(line: Line) -> float:
+    """The largest pull of Jm, K and JL where they are given."""
+    return max((abs(pull(line, key)) for key in MAIN if stated([line], key)), default=0.0)
+
+
+def described(line: Line) -> str:
+    """One result in a line, to look at again with `--only`."""
+    pulls = " ".join(f"{key} {pull(line, key):+.1f}" for key in KEYS if stated([line], key))
+    what = f"{line['joint']}, {line['controller']}, {line['excitation']}, {line['rate']:.0f} Hz, {line['effort']}"
+    hidden = f"{line['effect']} {line['size']}" if line["effect"] else line["stratum"]
+    return f"  {line['index']}: {what}, {line['friction']}, {hidden}, {line['verdict']}; {pulls}"
+
+
 GROUP_HEADER = ("", "n", *VERDICTS, *KEYS, "main>3 %")
 
 
@@ -182,6 +196,9 @@ def print_tables(lines: list[Line]) -> None:
         print("\ncoverage of 95 % intervals, percent (standard)")
         print(table(GROUP_HEADER, [row for column in GROUPS for row in group_rows(standard, column)]))
         notices = Counter(code for line in own for code in line.get("notices", []))
+        print("\nfarthest (recording: joint, controller, excitation, rate, effort, friction, hidden; pulls)")
+        for line in sorted(own, key=farthest, reverse=True)[:FARTHEST_LINES]:
+            print(described(line))
         print(f"\nnotices: {dict(notices.most_common(12))}")
         print(f"median seconds: {float(np.median([line['seconds'] for line in own])):.1f}")
     for line in lines:
