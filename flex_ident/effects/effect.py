@@ -82,6 +82,8 @@ class Effect:
     """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
     priors: Callable[[Floats], Mapping[str, Prior]] | None = None
     """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
+    reach: Callable[[Mapping[str, float], Mapping[str, float]], str] | None = None
+    """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
     trades_with: tuple[str, ...] = ()
     """Base keys that stand in for it but for little."""
     trade_error: float = 0.0

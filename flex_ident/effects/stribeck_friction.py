@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
@@ -14,6 +14,18 @@ def _probes(scales: Scales) -> Iterator[Probe]:
         for share in (0.03, 0.08, 0.2, 0.5):
             shape = {f"amplitude{side}": 0.02 * scales.torque, f"velocity{side}": share * scales.speed}
             yield at_size(shape, scaled=(f"amplitude{side}",))
+
+
+LARGEST_SHARE = 3.0
+"""Peak over the dry friction that it rises from: break-away is up to a few times the friction in motion."""
+
+
+def _reach(own: Mapping[str, float], model: Mapping[str, float]) -> str:
+    dry = sum(abs(model.get(k, 0.0)) for k in ("FSm", "FS"))
+    peak = max(own["amplitude"], own["amplitude_link"])
+    if peak <= LARGEST_SHARE * dry:
+        return ""
+    return f"a peak of {peak:.3g} N m does not go with a dry friction of {dry:.3g} N m"
 
 
 STRIBECK_FRICTION = Effect(
@@ -29,6 +41,7 @@ STRIBECK_FRICTION = Effect(
         EffectParameter("velocity_link", "rad/s", "the same on the link", Term.LINK_STRIBECK_VELOCITY, lower=1e-9),
     ),
     probes=_probes,
+    reach=_reach,
     where="motor",
     signature="peaks of torque just after each reversal, odd in velocity, gone at speed",
     bin_by="motor_velocity",

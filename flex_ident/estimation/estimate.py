@@ -11,7 +11,7 @@ from flex_ident.errors import ExcitationError
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
-from flex_ident.likelihood.nuisances import measurement_priors
+from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.start import scanned_start
@@ -20,6 +20,7 @@ from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.verdict import REVERSED
+from flex_ident.screening.sketching import effects_in
 from flex_ident.screening.suspects import Suspect, suspects, widened
 
 Progress = Callable[[float], None]
@@ -170,7 +171,7 @@ def estimated(
     progress: Progress | None = None,
 ) -> Estimate:
     """Maximum likelihood over `base_keys` and the nuisances, with uncertainty and a held-out check."""
-    nuisances = dict(measurement_priors(problem) if priors is None else priors)
+    nuisances = dict(model_priors(problem, effects_in(base_keys)) if priors is None else priors)
 
     def part(low: float, high: float) -> Progress:
         return lambda x: progress(low + x * (high - low)) if progress is not None else None

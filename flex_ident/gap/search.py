@@ -131,17 +131,17 @@ def _weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
         return search
     as_before = [a for a in search.accepted if a in by_worth]
     try:
-        again = _rebuilt(search, by_worth, solver, base)
+        again = rebuilt(search, by_worth, solver, base)
         if by_worth == as_before:
             return again
-        other = search if as_before == search.accepted else _rebuilt(search, as_before, solver, base)
+        other = search if as_before == search.accepted else rebuilt(search, as_before, solver, base)
     except ExcitationError:  # an order in which a simulation runs away is none
         return search
     first, sound = again.accepted[0].trial, not any(a.trial.objection and not a.by_hand for a in again.accepted)
     return again if sound and first.fit.cost < other.accepted[0].trial.fit.cost else other
 
 
-def _rebuilt(search: Search, order: Sequence[Accepted], solver: SteadyFit, base: Fit) -> Search:
+def rebuilt(search: Search, order: Sequence[Accepted], solver: SteadyFit, base: Fit) -> Search:
     """The search as if its effects had been accepted in this order, each refit started from what is known by now."""
     again = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
     for a in order:

@@ -56,9 +56,11 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
     return priors
 
 
-def search_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Prior]:
-    """The same, delays within one sample: more is an effect. An accepted one replaces its key."""
-    priors = measurement_priors(problem, late_samples=1.0)
+def model_priors(
+    problem: FitProblem, effects: Sequence[str] = (), *, late_samples: float = LATE_SAMPLES
+) -> dict[str, Prior]:
+    """The same for a model that has `effects`: each brings its own priors, and replaces its nuisance."""
+    priors = measurement_priors(problem, late_samples=late_samples)
     for name in effects:
         effect = effect_named(name)
         priors.pop(effect.replaces, None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ COMPARISON_MARGIN = 1.2
 """Cutoff of the comparison's low-pass over the excited band."""
 DRIVE_MARGIN = 3.0
 """Cutoff of the low-pass on the recorded motor position over the excited band."""
+REMEMBERED = 6
+"""Ways of friction to turn over that are kept."""
 MAX_SUBSTEPS = 8
 SETTLING_S = 1.5
 """Time after a gap in which the simulated link is not compared, s."""
@@ -140,6 +143,7 @@ class FitProblem:
         self.resolution = self._velocity_resolution(recording, drive_hz)
         self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
         self._shares: dict[tuple[float, float, float], Floats] = {}
+        self._lock = threading.Lock()
         self._raw_torque = recording.motor_torque
         self.torque = self.reduced(recording.motor_torque)
         has_link = sensors == "motor+link" and recording.link_position is not None and not rigid
@@ -172,9 +176,10 @@ class FitProblem:
                 self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=max(speed, 0.0),
                 way=max(way, 0.0), lead=lead / self.recording.sample_time,
             )  # fmt: skip
-            self._shares[key] = known
-            while len(self._shares) > 6:
-                self._shares.pop(next(iter(self._shares)), None)
+            with self._lock:
+                self._shares[key] = known
+                while len(self._shares) > REMEMBERED:
+                    self._shares.pop(next(iter(self._shares)))
         return known
 
     def reduced_through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:

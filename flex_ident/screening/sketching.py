@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from flex_ident.likelihood.fit import LOGARITHMIC, Fit, key_bounds
-from flex_ident.likelihood.nuisances import search_priors
+from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.scoring import Score
@@ -26,7 +26,9 @@ def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
 def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:
     """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
     effects = (*effects_in(free), *(c.effect for c in added))
-    extended = SteadyFit(solver.problem, priors=search_priors(solver.problem, effects), marks=solver.marks)
+    extended = SteadyFit(
+        solver.problem, priors=model_priors(solver.problem, effects, late_samples=1.0), marks=solver.marks
+    )
     own = tuple(k for c in added for k in c.keys)
     dropped = [c.replaces for c in added]
     return extended, (*(k for k in free if k not in dropped and k not in own), *own)

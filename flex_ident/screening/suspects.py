@@ -33,6 +33,9 @@ STRONG = 40.0
 """Gain beyond its price from which an effect is worth a rough refit, and speaks against the model."""
 MOST_SKETCHES = 4
 LEAST_WEIGHT = 0.02
+NO_CAUSE = 2.0
+"""Factor on what structure does to the intervals where no suspect accounts for half of it: a base that gives way, the
+law of friction in MuJoCo and a drive's own dynamics moved Jm, K and JL by up to that much more."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,10 @@ def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainde
         moved = weight * suspect.shift
         covariance += np.outer(moved, moved)
     unexplained = unexplained_gap(found, left)
-    factor = unexplained / left.floor if left.structured(unexplained) and left.floor > 0.0 else 1.0
+    factor = 1.0
+    if left.structured(unexplained) and left.floor > 0.0:
+        accounted = (left.gap**2 - unexplained**2) / max(left.gap**2 - left.floor**2, 1e-300)
+        factor = unexplained / left.floor * (NO_CAUSE if accounted < 0.5 else 1.0)
     return replace(uncertainty, covariance=covariance + (factor**2 - 1.0) * uncertainty.covariance)
 
 
