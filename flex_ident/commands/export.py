@@ -17,6 +17,7 @@ from flex_ident.commands.results import StoredResult, stored_result
 from flex_ident.effects import parameter_named
 from flex_ident.errors import ConfigurationError, DataError, UsageError
 from flex_ident.parameters import GRAVITY_KEYS
+from flex_ident.parameters.keys import effect_in
 from flex_ident.simulation.terms import GRAVITY, Term
 
 ROTOR_SHARE = 1e-6
@@ -76,7 +77,7 @@ def _positive(result: StoredResult, key: str) -> float:
 def _term_of(key: str) -> Term | None:
     """The term that an effect's parameter adds to; None for a base parameter and for an effect that is none."""
     try:
-        return parameter_named(key).term if "." in key else None
+        return None if effect_in(key) is None else parameter_named(key).term
     except (ConfigurationError, KeyError):
         return None
 
@@ -98,7 +99,7 @@ def _is_rigid(result: StoredResult) -> bool:
 def _remarks(result: StoredResult, *texts: str, held: tuple[Term, ...] = ()) -> str:
     """An XML comment: the verdict, what the recording does not determine, the texts, the effects left out."""
     weak = [p.key for p in result.parameters if not p.identifiable]
-    effects = [p.key for p in result.parameters if "." in p.key and _term_of(p.key) not in held]
+    effects = [p.key for p in result.parameters if effect_in(p.key) is not None and _term_of(p.key) not in held]
     lines = [
         f"{result.joint}: {result.verdict}, from {result.path.name} of flex_ident.",
         *([f"Not determined by the recording, do not rely on: {', '.join(weak)}."] if weak else []),

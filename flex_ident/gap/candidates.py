@@ -16,6 +16,7 @@ from flex_ident.filtering import first_mode
 from flex_ident.gap.anew import start_anew
 from flex_ident.gap.options import GapOptions
 from flex_ident.parameters import GRAVITY_KEYS
+from flex_ident.parameters.keys import effect_in, key_text
 
 
 @dataclass(frozen=True)
@@ -63,13 +64,13 @@ class Candidate:
         return {self._flat(name): value for name, value in self.probe.start(sizes).items()}
 
     def _flat(self, name: str) -> str:
-        return f"{self.effect}.{name}"
+        return key_text(self.effect, name)
 
 
 def candidates(problem: FitProblem, values: Mapping[str, float], options: GapOptions) -> Iterator[Candidate]:
     """Every candidate that makes sense for this problem and is not part of the model yet."""
     scales = scales_of(problem, values, options)
-    present = {k.split(".")[0] for k in values if "." in k}
+    present = set(map(effect_in, values))
     for name, effect in CATALOGUE.items():
         if name in present or (options.effects and name not in options.effects):
             continue

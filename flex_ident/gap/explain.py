@@ -34,6 +34,7 @@ from flex_ident.gap.search import Accepted, Progress, Search, searched
 from flex_ident.gap.trials import effects_in
 from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.parameters import Identification
+from flex_ident.parameters.keys import key_parts, key_text
 from flex_ident.recording import Floats, Notice, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.regression.verdict import ESSENTIAL
@@ -182,7 +183,7 @@ def _finding(
     found = []
     for key in trial.candidate.keys:
         p = identified_parameter(estimate, key)
-        found.append(replace(p, key=key.split(".", 1)[1]))
+        found.append(replace(p, key=key_parts(key)[1]))
     others = tuple(
         Alternative(t.effect, _gap(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
     )[:3]
@@ -225,7 +226,7 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
 def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
     """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
     trial = accepted.trial
-    cycles = trial.fit.values.get(f"{trial.effect}.{effect_named(trial.effect).cycles}")
+    cycles = trial.fit.values.get(key_text(trial.effect, effect_named(trial.effect).cycles))
     if cycles is None:
         return ""
     periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)

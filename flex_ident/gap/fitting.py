@@ -19,6 +19,7 @@ from flex_ident.gap.minimising import bounded_minimum
 from flex_ident.gap.noise import noise_whitening
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.reversals import Mark, ReversalWeights, dry_friction, friction_marks
+from flex_ident.parameters.keys import effect_in, key_text
 from flex_ident.recording import Floats
 
 Indices = NDArray[np.int64]
@@ -117,7 +118,7 @@ def gap_priors(problem: FitProblem, effects: Sequence[str] = ()) -> dict[str, Pr
         priors.pop(effect.replaces, None)
         if effect.priors is not None:
             own = effect.priors(np.abs(problem.recording.motor_torque))
-            priors.update({f"{name}.{key}": prior for key, prior in own.items()})
+            priors.update({key_text(name, key): prior for key, prior in own.items()})
     return priors
 
 
@@ -139,7 +140,7 @@ def base_fit(problem: FitProblem, options: GapOptions) -> tuple[GapFit, Fit]:
     else:
         found = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
         start = {k: found.get(k, 0.0) for k in keys}
-    priors = gap_priors(problem, [k.split(".")[0] for k in keys if "." in k])
+    priors = gap_priors(problem, [e for e in map(effect_in, keys) if e is not None])
     free = (*keys, *priors)
     values = refined(SimulationFit(problem, priors=priors), free, start).values
     solver = GapFit(problem, priors=priors)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flex_ident.effects import CATALOGUE, effect_named, parameter_named
+from flex_ident.effects import CATALOGUE, effect_named, key_named, parameter_named
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.covariance import uncertainty_of
-from flex_ident.estimation.fit import LOGARITHMIC, Fit, key_bounds
+from flex_ident.estimation.fit import Fit, key_bounds
 from flex_ident.gap.candidates import Candidate
 from flex_ident.gap.fitting import (
     GapFit,
@@ -22,6 +22,7 @@ from flex_ident.gap.fitting import (
     log_likelihood_gain,
 )
 from flex_ident.gap.screening import Score
+from flex_ident.parameters.keys import effect_in, key_text
 
 EVIDENCE = 10.0
 """Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
@@ -79,7 +80,7 @@ def excess_of(solver: GapFit, fit: Fit) -> float:
 
 def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
     """Names of the effects among flat keys."""
-    return tuple(dict.fromkeys(k.split(".")[0] for k in keys if "." in k))
+    return tuple(dict.fromkeys(e for e in map(effect_in, keys) if e is not None))
 
 
 def extended_solver(solver: GapFit, free: Sequence[str], *added: Candidate) -> tuple[GapFit, tuple[str, ...]]:
@@ -162,7 +163,7 @@ def best_start(solver: GapFit, fit: Fit, score: Score) -> dict[str, float]:
             key = fit.free[i]
             now = values[key] + float(change)
             low, high = key_bounds(key, solver.priors)
-            if key in LOGARITHMIC:
+            if key_named(key).logarithmic:
                 now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
             moved[key] = float(np.clip(now, low, high))
         followed.append(moved)
@@ -210,7 +211,7 @@ def _descended(solver: GapFit, keys: tuple[str, ...], start: Mapping[str, float]
 def without(solver: GapFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
     """The model of a fit refitted with only some of its effects, on the free keys of the base."""
     reduced, keys = extended_solver(solver, base, *kept)
-    values = {k: v for k, v in fit.values.items() if k in keys or "." not in k}
+    values = {k: v for k, v in fit.values.items() if k in keys or effect_in(k) is None}
     return reduced.solve(keys, values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
 
 
@@ -255,7 +256,7 @@ def _objection(
     bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
-    cycles = fit.values.get(f"{candidate.effect}.{effect_named(candidate.effect).cycles}", math.inf)
+    cycles = fit.values.get(key_text(candidate.effect, effect_named(candidate.effect).cycles), math.inf)
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
         return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)
