@@ -11,6 +11,7 @@ from flex_ident.effects import CATALOGUE, Effect
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.where import variables
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.keys import key_text
 from flex_ident.recording import Floats
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
 from flex_ident.screening.candidates import candidates
@@ -27,7 +28,7 @@ def catalogue_text() -> str:
 def _effect_text(effect: Effect) -> str:
     lines = [f"{effect.name}: {effect.summary}", f"  equation    {effect.equation}"]
     for p in effect.parameters:
-        lines.append(f"  parameter   {effect.name}.{p.name} [{p.unit}] {p.meaning}")
+        lines.append(f"  parameter   {key_text(effect.name, p.name)} [{p.unit}] {p.meaning}")
     lines += textwrap.wrap(f"  signature   {effect.signature}", 110, subsequent_indent=" " * 14)
     if effect.confused_with:
         lines.append(f"  like        {', '.join(effect.confused_with)}; told apart by {effect.separated_by}")

@@ -2,6 +2,7 @@
 
 from flex_ident.effects.catalogue import CATALOGUE, check_effect_parameters, effect_named, parameter_named, trade_error
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.keys import key_named
 from flex_ident.effects.probe import Probe, Scales
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "Scales",
     "check_effect_parameters",
     "effect_named",
+    "key_named",
     "parameter_named",
     "trade_error",
 ]

@@ -12,14 +12,13 @@ from flex_ident.effects.starting import Scans, Start
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
+WIDTHS = np.geomspace(0.005, 0.7, 24)
+"""Dead bands tried, relative to the whole range of deflection."""
+
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     for share in (0.01, 0.03, 0.1, 0.3, 1.0):
         yield at_size({"gap": share * scales.deflection})
-
-
-WIDTHS = np.geomspace(0.005, 0.7, 24)
-"""Dead bands tried, relative to the whole range of deflection."""
 
 
 def beyond(deflection: Floats, gap: float) -> Floats:

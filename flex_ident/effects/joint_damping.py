@@ -10,14 +10,13 @@ from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.effects.starting import Scans, Start
 from flex_ident.simulation.terms import Term
 
+LEAST_FRICTION = 0.05
+"""Share of the link's viscous friction that is left when damping takes its part over."""
+
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     omega = math.sqrt(scales.model["K"] / scales.model["JL"])
     yield in_proportion("damping", scales.model["K"] / omega, one_sided=True)
-
-
-LEAST_FRICTION = 0.05
-"""Share of the link's viscous friction that is left when damping takes its part over."""
 
 
 def _start(scans: Scans) -> Start | None:

@@ -9,15 +9,14 @@ from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.effects.starting import Scans, Shape, Start
 from flex_ident.simulation.terms import Term
 
-
-def _probes(scales: Scales) -> Iterator[Probe]:
-    yield in_proportion("cubic", scales.load / scales.deflection**3)
-
-
 BENT = 0.02
 """Residual over torque, rms, from which the spring's law is scanned."""
 HARDENINGS = (-0.1, -0.03, 0.01, 0.03, 0.1, 0.3)
 """Cubic over linear part of the spring's torque at the rms deflection of the best linear spring."""
+
+
+def _probes(scales: Scales) -> Iterator[Probe]:
+    yield in_proportion("cubic", scales.load / scales.deflection**3)
 
 
 def _start(scans: Scans) -> Start | None:

@@ -16,16 +16,14 @@ from flex_ident.simulation.terms import Term
 LIMIT_SHARES = np.array((0.2, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94))
 LIMIT_QUANTILES = (0.6, 0.75, 0.9, 0.95, 0.98, 0.99, 0.995)
 """Limits that are tried: shares of the largest torque recorded, and quantiles of its magnitude."""
+LIMITS = np.geomspace(0.04, 1.0, 36)
+"""Limits scanned for a start, relative to the largest torque that was asked for."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     recorded = scales.recorded_torque
     for limit in (*(np.max(recorded) * LIMIT_SHARES), *np.quantile(recorded, LIMIT_QUANTILES)):
         yield at_size({"limit": float(limit)})
-
-
-LIMITS = np.geomspace(0.04, 1.0, 36)
-"""Limits scanned for a start, relative to the largest torque that was asked for."""
 
 
 def _start(scans: Scans) -> Start | None:

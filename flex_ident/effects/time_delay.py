@@ -11,13 +11,12 @@ from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
 from flex_ident.effects.starting import Scans, Start, far_off
 from flex_ident.simulation.terms import Term
 
+DELAYS_A_PERIOD = 16
+"""Delays tried over a period of the end of the band."""
+
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     yield in_proportion("delay", SAMPLES * scales.sample_time_s)
-
-
-DELAYS_A_PERIOD = 16
-"""Delays tried over a period of the end of the band."""
 
 
 def delay_scanned_start(scans: Scans) -> Start:

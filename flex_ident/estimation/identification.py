@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.effects import parameter_named, trade_error
+from flex_ident.effects import key_named, trade_error
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, rigid_keys, started_values
@@ -23,7 +23,6 @@ from flex_ident.notices.codes import NOT_SI
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
-    UNITS,
     FilterSettings,
     FitQuality,
     FrequencyResponse,
@@ -32,6 +31,7 @@ from flex_ident.parameters import (
     Sensors,
     TorqueCurves,
 )
+from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
@@ -44,7 +44,11 @@ MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
-MEASUREMENT_UNITS = {"torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2"}
+REPORTED = (
+    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "reversal_speed", "presliding",
+    "reversal_lead",
+)  # fmt: skip
+"""Measurement keys that are part of a result."""
 
 
 def chosen_sensors(recording: Recording, sensors: str) -> Sensors:
@@ -150,7 +154,7 @@ def base_start(
     if options.model is None:
         return keys, start
     given = values_of(options.model)
-    effects = {k: v for k, v in given.items() if "." in k}
+    effects = {k: v for k, v in given.items() if effect_in(k) is not None}
     start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
     return tuple(dict.fromkeys((*keys, *given))), start
 
@@ -185,13 +189,6 @@ def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, fl
     return min(starts, key=left)
 
 
-def unit_of(key: str) -> str:
-    """The unit of a base, measurement or effect key (revolute joint)."""
-    if "." in key:
-        return parameter_named(key).unit
-    return UNITS.get(key, MEASUREMENT_UNITS.get(key, ""))
-
-
 def folding_error(estimate: Estimate) -> float:
     """Relative standard deviation for what the recording's rate folds back onto the locked-motor frequency.
 
@@ -218,7 +215,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
         low, high = key_bounds(key, {})
         ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
     identifiable = True if key in MEASUREMENT_TERMS else is_identifiable(estimate, key)
-    return Parameter(key, value, std, unit_of(key), identifiable, ci95=ci95, at_bound=at_bound)
+    return Parameter(key, value, std, key_named(key).unit, identifiable, ci95=ci95, at_bound=at_bound)
 
 
 def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
@@ -242,9 +239,7 @@ def identification_of(
     problem, fit = estimate.problem, estimate.fit
     base_and_effects = [k for k in fit.free if k not in MEASUREMENT_TERMS]
     parameters = tuple(identified_parameter(estimate, k) for k in base_and_effects)
-    measurement = tuple(
-        identified_parameter(estimate, k) for k in fit.free if k in MEASUREMENT_UNITS and k in MEASUREMENT_TERMS
-    )
+    measurement = tuple(identified_parameter(estimate, k) for k in fit.free if k in REPORTED)
     predicted = problem.prediction(fit.values).torque
     unseen = problem.prediction(estimate.trained).torque
     measured = problem.measured_torque(fit.values)

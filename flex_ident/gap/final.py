@@ -17,6 +17,7 @@ from flex_ident.gap.trials import SIGNIFICANT
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.keys import key_text
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 
@@ -61,7 +62,7 @@ def _fails(candidate: Candidate, before: float, after: float, estimate: Estimate
         return f"in the final model {best} is known to {ratios[best]:.1f} standard deviations only"
     effect = effect_named(candidate.effect)
     if effect.reach is not None:
-        own = {p.name: estimate.fit.values.get(f"{effect.name}.{p.name}", 0.0) for p in effect.parameters}
+        own = {p.name: estimate.fit.values.get(key_text(effect.name, p.name), 0.0) for p in effect.parameters}
         return effect.reach(own, estimate.fit.values)
     return ""
 

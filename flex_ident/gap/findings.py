@@ -15,6 +15,7 @@ from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
 from flex_ident.gap.search import Accepted, Search
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.keys import key_parts, key_text
 
 PERIODS = 2.0
 """Periods within the range of motion from which an effect can be called periodic."""
@@ -26,7 +27,7 @@ def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Esti
     found = []
     for key in trial.candidate.keys:
         p = identified_parameter(estimate, key)
-        found.append(replace(p, key=key.split(".", 1)[1]))
+        found.append(replace(p, key=key_parts(key)[1]))
     others = tuple(
         Alternative(t.effect, gap_of(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
     )[:3]
@@ -69,7 +70,7 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
 def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
     """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
     trial = accepted.trial
-    cycles = trial.fit.values.get(f"{trial.effect}.{effect_named(trial.effect).cycles}")
+    cycles = trial.fit.values.get(key_text(trial.effect, effect_named(trial.effect).cycles))
     if cycles is None:
         return ""
     periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)

@@ -8,17 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.effects import parameter_named
+from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.whitening import Whitening, settled, whitening_of
-from flex_ident.parameters import NON_NEGATIVE
 from flex_ident.parameters.prior import Prior as Prior
 from flex_ident.recording import Floats
 
-LOGARITHMIC = ("Jm", "K", "JL", "J")
-"""Keys fitted by their logarithm: positive by construction, and a factor is a factor."""
 RELATIVE_STEP = 3e-6
 """Small: where two keys are nearly parallel, the curvature over a larger step passes for their difference."""
 MEMORY_S = 0.35
@@ -86,10 +83,8 @@ def key_bounds(key: str, priors: Mapping[str, Prior]) -> tuple[float, float]:
     """The range that physics allows a key."""
     if key in priors:
         return priors[key].lower, priors[key].upper
-    if "." in key:
-        parameter = parameter_named(key)
-        return parameter.lower, parameter.upper
-    return (0.0, np.inf) if key in NON_NEGATIVE else (-np.inf, np.inf)
+    known = key_named(key)
+    return known.lower, known.upper
 
 
 class SimulationFit:
@@ -151,7 +146,7 @@ class SimulationFit:
         """
         keys = tuple(keys)
         values = {**{k: self.priors[k].start for k in keys if k in self.priors}, **start}
-        logarithmic = np.array([k in LOGARITHMIC for k in keys])
+        logarithmic = np.array([key_named(k).logarithmic for k in keys])
         scale = np.array([key_scale(self.problem, k, values.get(k, 0.0)) for k in keys])
 
         def unpacked(x: Floats) -> dict[str, float]:
@@ -159,7 +154,7 @@ class SimulationFit:
             return {**values, **dict(zip(keys, map(float, numbers), strict=True))}
 
         def packed(key: str, value: float, s: float) -> float:
-            return float(np.log(max(value, 1e-12))) if key in LOGARITHMIC else value / s
+            return float(np.log(max(value, 1e-12))) if key_named(key).logarithmic else value / s
 
         prior_keys = [(i, self.priors[k]) for i, k in enumerate(keys) if k in self.priors]
 
@@ -185,7 +180,7 @@ class SimulationFit:
         x0 = np.empty(len(keys))
         for i, key in enumerate(keys):
             low, high = key_bounds(key, self.priors)
-            if key in LOGARITHMIC:
+            if logarithmic[i]:
                 low, high = float(np.exp(-30.0)), float(np.exp(60.0))
             lower[i] = packed(key, low, scale[i]) if np.isfinite(low) else low
             upper[i] = packed(key, high, scale[i]) if np.isfinite(high) else high
@@ -198,7 +193,7 @@ class SimulationFit:
         near = 1e-4
         at_bound, reached = [], x.copy()
         for i, key in enumerate(keys):
-            if key in LOGARITHMIC:
+            if logarithmic[i]:
                 continue
             if x[i] - lower[i] < near or upper[i] - x[i] < near:
                 x[i] = lower[i] if x[i] - lower[i] < near else upper[i]

@@ -8,6 +8,7 @@ import numpy as np
 
 from flex_ident.effects import effect_named
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.prior import Prior
 
 LATE_SAMPLES = 3.0
@@ -66,5 +67,5 @@ def model_priors(
         priors.pop(effect.replaces, None)
         if effect.priors is not None:
             own = effect.priors(np.abs(problem.recording.motor_torque))
-            priors.update({f"{name}.{key}": prior for key, prior in own.items()})
+            priors.update({key_text(name, key): prior for key, prior in own.items()})
     return priors

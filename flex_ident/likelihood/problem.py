@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from flex_ident.effects import effect_named, parameter_named
+from flex_ident.effects import effect_named, key_named
 from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
 from flex_ident.likelihood.links import LinkResponses, usable_cores
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
+from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
@@ -54,12 +55,9 @@ def terms_of(values: Mapping[str, float], *, rigid: bool) -> Floats:
     """
     base = RIGID_TERMS if rigid else BASE_TERMS
     terms = no_terms()
-    effects: dict[str, dict[str, float]] = {}
-    for key, value in values.items():
-        if "." in key:
-            effect, name = key.split(".", 1)
-            effects.setdefault(effect, {})[name] = value
-        elif key in base:
+    own, effects = by_effect(values)
+    for key, value in own.items():
+        if key in base:
             terms[base[key][0]] += value * base[key][1]
         elif key in MEASUREMENT_TERMS:
             terms[MEASUREMENT_TERMS[key][0]] += value * MEASUREMENT_TERMS[key][1]
@@ -74,26 +72,15 @@ def values_of(model: JointModel) -> dict[str, float]:
     """The flat keys and values of a model, effects included."""
     values = dict(model.parameters)
     for effect, parameters in model.effects.items():
-        values.update({f"{effect}.{name}": value for name, value in parameters.items()})
+        values.update(flat_keys(effect, parameters))
     return values
 
 
 def model_of(values: Mapping[str, float], *, rigid: bool, joint: str = "") -> JointModel:
     """The model in flat values; measurement keys are left out."""
     base = RIGID_KEYS if rigid else FLEXIBLE_KEYS
-    effects: dict[str, dict[str, float]] = {}
-    for key, value in values.items():
-        if "." in key:
-            effect, name = key.split(".", 1)
-            effects.setdefault(effect, {})[name] = value
-    return JointModel({k: values[k] for k in base if k in values}, effects, joint)
-
-
-def is_force(key: str) -> bool:
-    """Whether a key scales with force: such keys, all together, leave the link's motion as it is."""
-    if "." in key:
-        return parameter_named(key).term.force
-    return {**MEASUREMENT_TERMS, **RIGID_TERMS, **BASE_TERMS}[key][0].force
+    own, effects = by_effect(values)
+    return JointModel({k: own[k] for k in base if k in own}, effects, joint)
 
 
 def _held_after(marks: Bools, count: int) -> Bools:
@@ -281,7 +268,7 @@ class FitProblem:
         base = self.prediction(values)
         rest = self._compared(values, base)
         columns = [np.zeros((r.size, len(keys))) for r in rest]
-        scaling = [key for key, value in values.items() if value != 0.0 and is_force(key)]
+        scaling = [key for key, value in values.items() if value != 0.0 and key_named(key).is_force]
         homogeneous = "JL" in keys and set(scaling) <= set(keys) and not self._limited(values)
         varied = [key for key in keys if not (homogeneous and key == "JL")]
         moved = [{**values, key: values.get(key, 0.0) + steps[key]} for key in varied]

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import yaml
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.parameters.keys import key_parts
 from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, RIGID_KEYS
 
 SCHEMA = "flex_ident/model/1"
@@ -44,10 +45,9 @@ class JointModel:
 
     def value(self, key: str) -> float:
         """A base parameter (`K`) or an effect's (`backlash.gap`); 0 when the model does not hold it."""
-        if "." in key:
-            effect, name = key.split(".", 1)
-            return self.effects.get(effect, {}).get(name, 0.0)
-        return self.parameters.get(key, 0.0)
+        effect, name = key_parts(key)
+        own = self.parameters if effect is None else self.effects.get(effect, {})
+        return own.get(name, 0.0)
 
     def with_effect(self, name: str, parameters: Mapping[str, float]) -> JointModel:
         """The same model with one effect added or replaced."""

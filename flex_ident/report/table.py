@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters.keys import key_parts
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.report.sentences import sentence
 
@@ -20,7 +21,8 @@ MEANING = {
 
 def meaning_of(key: str, *, rigid: bool = False, prismatic: bool = False) -> str:
     """What a key stands for, in words."""
-    words = MEANING.get(key, key.replace(".", ": ").replace("_", " ") if "." in key else "")
+    effect, name = key_parts(key)
+    words = MEANING.get(key, f"{effect}: {name}".replace("_", " ") if effect is not None else "")
     if prismatic:
         words = words.replace("inertia", "mass").replace("torque", "force")
     return words.removeprefix("link ") if rigid else words

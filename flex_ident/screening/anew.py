@@ -12,6 +12,7 @@ from flex_ident.effects.starting import Shape
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.start import spring_scanned_start, torque_scanned_start
+from flex_ident.parameters.keys import effect_in, flat_keys
 from flex_ident.recording import Floats
 from flex_ident.screening.spring_start import measured_spring_start
 
@@ -73,5 +74,5 @@ def start_anew(effect: Effect, problem: FitProblem, values: Mapping[str, float],
         return {}
     if found is None:
         return {}
-    model = {k: found.model.get(k, v if "." in k else 0.0) for k, v in values.items()}
-    return {**model, **{f"{effect.name}.{name}": value for name, value in found.effect.items()}}
+    model = {k: found.model.get(k, 0.0 if effect_in(k) is None else v) for k, v in values.items()}
+    return {**model, **flat_keys(effect.name, found.effect)}

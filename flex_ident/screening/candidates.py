@@ -14,6 +14,7 @@ from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
 from flex_ident.filtering import first_mode
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import GRAVITY_KEYS
+from flex_ident.parameters.keys import effect_in, key_text
 from flex_ident.screening.anew import start_anew
 
 
@@ -62,7 +63,7 @@ class Candidate:
         return {self._flat(name): value for name, value in self.probe.start(sizes).items()}
 
     def _flat(self, name: str) -> str:
-        return f"{self.effect}.{name}"
+        return key_text(self.effect, name)
 
 
 def candidates(
@@ -73,7 +74,7 @@ def candidates(
     `effects` restricts the catalogue where it is not empty; what slides (`prismatic`) has no first moments.
     """
     scales = scales_of(problem, values, prismatic=prismatic)
-    present = {k.split(".")[0] for k in values if "." in k}
+    present = set(map(effect_in, values))
     for name, effect in CATALOGUE.items():
         if name in present or (effects and name not in effects):
             continue

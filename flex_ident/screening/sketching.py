@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flex_ident.likelihood.fit import LOGARITHMIC, Fit, key_bounds
+from flex_ident.effects import key_named
+from flex_ident.likelihood.fit import Fit, key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.scoring import Score
 
@@ -20,7 +22,7 @@ SKETCH = 2
 
 def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
     """Names of the effects among flat keys."""
-    return tuple(dict.fromkeys(k.split(".")[0] for k in keys if "." in k))
+    return tuple(dict.fromkeys(e for e in map(effect_in, keys) if e is not None))
 
 
 def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:
@@ -81,7 +83,7 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
             key = fit.free[i]
             now = values[key] + float(change)
             low, high = key_bounds(key, solver.priors)
-            if key in LOGARITHMIC:
+            if key_named(key).logarithmic:
                 now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
             moved[key] = float(np.clip(now, low, high))
         followed.append(moved)

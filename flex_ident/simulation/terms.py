@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Literal
 
 import numpy as np
 
+from flex_ident.parameters.keys import Side
 from flex_ident.recording import Floats
-
-Side = Literal["motor", "spring", "link", "both", "measurement"]
-"""Where a term acts. What acts on the motor alone, or on what is recorded, leaves the link's motion as it is."""
 
 
 class Term(IntEnum):

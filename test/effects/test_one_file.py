@@ -8,17 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from flex_ident.estimation.fit import key_bounds
-from flex_ident.estimation.problem import is_force
-from flex_ident.gap.fitting import gap_priors
 
 import flex_ident
-from flex_ident.effects import CATALOGUE, Effect, EffectParameter, trade_error
+from flex_ident.effects import CATALOGUE, Effect, EffectParameter, key_named, trade_error
 from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.effects.starting import Scans, Start
 from flex_ident.estimation.estimate import fit_problem
-from flex_ident.estimation.identification import unit_of
 from flex_ident.gap import GapOptions
+from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters.prior import Prior
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import Term
@@ -69,6 +66,7 @@ def test_what_an_effect_says_of_itself_holds_together(effect: Effect) -> None:
     assert len({p.term for p in effect.parameters}) == len(known)
     assert set(effect.confused_with) <= set(CATALOGUE)
     assert {effect.refined[0], effect.cycles} - {""} <= known
+    assert {p.term.side for p in effect.parameters} - {"motor", "link"} <= {effect.where, "both"}
     assert bool(effect.trades_with) == (effect.trade_error > 0.0)
     terms = {p.term for p in effect.parameters}
     assert all(t.shape_of is None or t.shape_of in terms for t in terms)
@@ -111,12 +109,13 @@ def test_an_effect_that_is_added_is_tried_started_and_fitted(monkeypatch: pytest
     assert tried.anew["K"] == 2.0 * values["K"]
     assert tried.anew["made_up.drag"] > 0.0
     assert tried.anew["link_skew"] == 0.0
-    priors = gap_priors(problem, ["made_up"])
+    priors = model_priors(problem, ["made_up"])
     assert "link_skew" not in priors
     assert key_bounds("made_up.drag", priors) == (-2.0, 4.0)
     assert key_bounds("made_up.drag", {}) == (-1.0, 5.0)
-    assert is_force("made_up.drag")
-    assert unit_of("made_up.drag") == "N m s/rad"
+    key = key_named("made_up.drag")
+    assert str(key) == "made_up.drag"
+    assert (key.unit, key.is_force, key.side, key.logarithmic) == ("N m s/rad", True, "link", False)
     with_drag = {**values, "made_up.drag": 3.0}
     assert trade_error("FSm", with_drag) == pytest.approx(0.3)
     assert trade_error("FV", with_drag) == 0.0

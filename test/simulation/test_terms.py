@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from flex_ident.estimation.links import LinkResponses
-from flex_ident.estimation.problem import is_force, terms_of
 
-from flex_ident.effects import CATALOGUE
+from flex_ident.effects import CATALOGUE, key_named
+from flex_ident.likelihood.links import LinkResponses
+from flex_ident.likelihood.problem import terms_of
 from flex_ident.parameters import UNITS
 from flex_ident.recording import Floats
 from flex_ident.simulation import response
@@ -138,7 +138,7 @@ def test_what_only_shapes_a_term_that_is_zero_does_not_leave_the_batch() -> None
 def test_units_say_what_scales_with_force() -> None:
     effects: Mapping[str, str] = {f"{e.name}.{p.name}": p.unit for e in CATALOGUE.values() for p in e.parameters}
     for key, unit in {**UNITS, **effects, **dict.fromkeys(MEASUREMENT_TERMS, "")}.items():
-        assert is_force(key) == unit.startswith(("N", "kg")), key
+        assert key_named(key).is_force == unit.startswith(("N", "kg")), key
 
 
 def test_all_forces_together_leave_the_link_where_it_is() -> None:
