@@ -107,11 +107,10 @@ class ReversalWeights:
         self._clusters: list[Cluster] = []
         together: list[tuple[Mark, int, Floats]] = []
         end = -1
-        for mark in marks:
-            tail = np.zeros(whitening.memory)
-            low, high = np.searchsorted(rows, (mark.first, mark.first + mark.shape.size + tail.size))
-            whitened = friction * whitening(np.concatenate((mark.shape, tail)))[rows[low:high] - mark.first]
-            if float(np.linalg.norm(whitened)) < AUDIBLE:
+        for mark, filtered in zip(marks, _whitened_marks(marks, whitening), strict=True):
+            low, high = np.searchsorted(rows, (mark.first, mark.first + filtered.size))
+            whitened = friction * filtered[rows[low:high] - mark.first]
+            if float(whitened @ whitened) < AUDIBLE**2:
                 continue
             if together and (low >= end or len(together) >= MOST_TOGETHER):
                 self._clusters.append(_cluster(together))
@@ -137,6 +136,18 @@ class ReversalWeights:
             for mark, amount in zip(c.marks, c.inverse @ (c.whitened.T @ part), strict=True):
                 torque[mark.first : mark.first + mark.shape.size] += self._friction * amount * mark.shape
         return torque
+
+
+def _whitened_marks(marks: tuple[Mark, ...], whitening: Whitening) -> list[Floats]:
+    """Each mark behind the whitening filter, with the tail that this makes, all filtered side by side."""
+    if not marks:
+        return []
+    sizes = [mark.shape.size for mark in marks]
+    padded = np.zeros((max(sizes) + whitening.memory, len(marks)))
+    for i, mark in enumerate(marks):
+        padded[: sizes[i], i] = mark.shape
+    filtered = whitening(padded)
+    return [filtered[: size + whitening.memory, i] for i, size in enumerate(sizes)]
 
 
 def _cluster(together: list[tuple[Mark, int, Floats]]) -> Cluster:

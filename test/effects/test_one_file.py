@@ -16,6 +16,7 @@ from flex_ident.effects.starting import Scans, Start
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.gap import GapOptions
 from flex_ident.likelihood.fit import key_bounds
+from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.parameters.prior import Prior
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import Term
@@ -103,7 +104,7 @@ def test_an_effect_that_is_added_is_tried_started_and_fitted(monkeypatch: pytest
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=8.0, sample_rate_hz=500.0), chain)
     problem = fit_problem(recording, sensors="motor+link")
     values = {**COBOT_JOINT.parameters, "link_skew": 1e-4}
-    (tried,) = (c for c in candidates(problem, values, GapOptions()) if c.effect == "made_up")
+    (tried,) = (c for c in candidates(problem, values) if c.effect == "made_up")
     assert tried.keys == ("made_up.drag",)
     assert tried.replaces == "link_skew"
     assert tried.anew["K"] == 2.0 * values["K"]
