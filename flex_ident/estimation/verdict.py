@@ -161,7 +161,8 @@ def _structure(evidence: Evidence) -> Iterator[Objection]:
         yield "doubtful", Notice(Code.NOISE_UNKNOWN, "motor_torque", {"left": left.gap})
     structured = left.structured(left.gap)
     if structured:
-        yield "doubtful", Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", {"gap": left.gap, "noise": left.floor})
+        sizes = {"gap": left.gap, "noise": left.floor}
+        yield "doubtful", Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", sizes, {"unit": "N m"})
     strong = [s for s in evidence.suspects if s.strong]
     if strong and (structured or any(evidence.moved.get(s.effect, 0.0) > MOVED for s in strong)):
         found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}

@@ -269,12 +269,12 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     ),
     Code.MODEL_MISMATCH: LEAVES + ": run explain_gap to see what is missing.",
     Code.STRUCTURED_RESIDUAL: (
-        "the model leaves {left_percent:.2g} % of the torque, of which noise accounts for {noise_percent:.2g} %: run "
-        "explain_gap to see what is missing."
+        "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: run explain_gap to see what "
+        "is missing."
     ),
     Code.CAUSE_SUSPECTED: (
-        "{subject} accounts best for what is left, {share_percent:.0f} % of it: the intervals hold with it and "
-        "without; explain_gap tells."
+        "{subject} accounts best for what is left, and would move a parameter by up to {moved_stds:.1f} standard "
+        "deviations: run explain_gap, which tells whether it is there."
     ),
     Code.NOISE_UNKNOWN: (
         "how large the noise is cannot be told from this recording: repeat the motion, or give two recordings of it."
