@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, Effect
-from flex_ident.gap.options import GapOptions
 from flex_ident.gap.where import variables
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_text
@@ -72,8 +71,7 @@ def _clean_problem() -> tuple[FitProblem, dict[str, float]]:
 
 
 def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> bytes:
-    options = GapOptions(effects=(effect.name,), without=("MX", "MY"))
-    tries = [c for c in candidates(problem, base, options) if not c.side]
+    tries = [c for c in candidates(problem, base, effects=(effect.name,)) if not c.side]
     middle = tries[len(tries) // 2]
     change = problem.residuals({**base, **middle.probes[0]})[0] - problem.residuals(base)[0]
     known = {v.name: v for v in variables(problem, base)}

@@ -84,8 +84,8 @@ class SteadyFit(SimulationFit):
         found = NoiseWhitening(noise_whitening(torque, problem.usable, problem.rate_hz, order))
         if friction > 0.0:
             rest = torque - self.standstill_friction(torque, NoiseWhitening(found, self.marks, friction))
-            found = noise_whitening(rest, problem.usable, problem.rate_hz, order)
-            found = NoiseWhitening(found, self.marks, friction)
+            steady = noise_whitening(rest, problem.usable, problem.rate_hz, order)
+            found = NoiseWhitening(steady, self.marks, friction)
         links = [NoiseWhitening(noise_whitening(r, problem.usable, problem.rate_hz, order)) for r in others]
         channels = [found, *links]
         if self.local:
