@@ -10,7 +10,7 @@ import numpy as np
 
 from flex_ident.bags.encoders import refuse_opposite, repeats_motor, unwrapped
 from flex_ident.bags.finding import SignalFinder, SignalPlaces
-from flex_ident.bags.motions import STILL, JointMotion, joint_motions
+from flex_ident.bags.motions import JointMotion, joint_motions
 from flex_ident.bags.raw_signals import raw_signals
 from flex_ident.bags.selection import Place, SignalSelection
 from flex_ident.bags.storage import Bag
@@ -20,9 +20,10 @@ from flex_ident.recording import Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.clocks import RawSignal, signals_of
 from flex_ident.recording.recording import Role
+from flex_ident.recording.stillness import refuse_held
 from flex_ident.report.sentences import sentence
 
-__all__ = ["STILL", "JointMotion", "Progress", "joint_motions", "read_recording"]
+__all__ = ["JointMotion", "Progress", "joint_motions", "read_recording"]
 
 Progress = Callable[[float], None]
 
@@ -127,9 +128,7 @@ def _check_signals(signals: list[Signal], joint: str, *, named: bool) -> None:
     """Raises ExcitationError without motion, SignalError without effort; `named` by the user: another is to be."""
     by_role = {s.role: s for s in signals}
     motor, torque = by_role["motor_position"], by_role["motor_torque"]
-    moved = float(np.ptp(motor.values))
-    if moved < STILL:
-        raise ExcitationError(f"joint {joint} does not move: its position spans {moved:.2g} rad. Record it in motion.")
+    refuse_held(joint, motor.values)
     if float(np.ptp(torque.values)) == 0.0:
         what = "zero throughout" if not torque.values.any() else f"constant at {torque.values[0]:.4g}"
         how = (

@@ -204,12 +204,27 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "motor shaft's too, give --effort-scale {gear_ratio:g}."
     ),
     Code.EFFORT_REVERSED: REVERSED,
-    Code.EFFORT_JOINT_SENSOR: (
-        "the effort is the torque through the transmission, from a sensor behind the gear: the motor's inertia and "
-        "friction are not in it."
-    ),
-    Code.EFFORT_GRAVITY_COMPENSATED: (
-        "the effort is without the gravity that the controller adds: MX and MY are what its model of the arm leaves."
+    Code.EFFORT_JOINT_SENSOR: {
+        "found": (
+            "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor inertia "
+            "of less than {inertia_percent:.2g} % of the link's, and no friction of a motor. Jm, FVm and FSm are not in "
+            "it; if it is the motor's, say --effort-kind motor."
+        ),
+        "given": (
+            "the effort was taken as the torque through the transmission, as you say: Jm, FVm and FSm are not in it."
+        ),
+    },
+    Code.EFFORT_GRAVITY_COMPENSATED: {
+        "found": (
+            "the effort is less the gravity that the controller adds: with that, what the mode shows of gravity and what "
+            "the torque shows agree (2 log likelihood {gain:.0f}). If it is the motor's torque, say --effort-kind motor."
+        ),
+        "given": "the effort was taken as less the gravity that the controller adds, as you say.",
+    },
+    Code.EFFORT_KIND_UNCLEAR: (
+        "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
+        "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would move "
+        "them."
     ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",

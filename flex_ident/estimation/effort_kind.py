@@ -1,0 +1,245 @@
+"""What the recorded effort is, told from the fit: the motor's torque, the torque through the gear, less gravity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flex_ident.effects import key_named
+from flex_ident.errors import ExcitationError
+from flex_ident.likelihood.comparison import correlation_factor
+from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
+from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.remainder import remainder
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Code, Notice
+from flex_ident.parameters import GRAVITY_KEYS, UNITS, Parameter
+from flex_ident.parameters.effort_kinds import (
+    GRAVITY_COMPENSATED, GRAVITY_REMOVED, JOINT_SENSOR, MOTOR, MOTOR_KEYS, REVERSAL_KEYS, EffortKind,
+)  # fmt: skip
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import GRAVITY
+
+ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
+ROUNDS = ((12, 1e-4), (10, 1e-6))
+NO_INERTIA = 0.05
+"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have 0.2 to 5,
+and a direct drive without a rotor to speak of 0.3."""
+NO_FRICTION, NO_TORQUE = 0.1, 0.01
+"""Of the link's friction, or of the torque, rms: the motor's friction under which there is none."""
+AS_LIKELY = 40.0
+"""Twice the log-likelihood, in independent samples, that leaving the motor's side out may cost: three keys of a model
+with the method's own error at reversals."""
+CLEARLY = 20.0
+"""Twice the log-likelihood, in independent samples, from which one kind of effort wins over another: 1 in 20,000."""
+MOST_OF_IT = 0.5
+"""Share of what the worse model leaves above the noise that the better one must explain."""
+SEEN = 4.0
+"""Standard deviations from which gravity is seen in the mode."""
+
+
+@dataclass(frozen=True)
+class KindFit:
+    """The fit under the kind of effort that holds, and what speaks for it.
+
+    `rival` (p,): by how much a fit under another kind differs that the recording cannot tell from this one, and `open`
+    (p, p) the covariance of that fit; None where there is none.
+    """
+
+    kind: EffortKind
+    solver: SteadyFit
+    fit: Fit
+    notices: tuple[Notice, ...] = ()
+    rival: Floats | None = None
+    open: Floats | None = None
+    unclear: bool = False
+    """Whether the rival would move a parameter of the joint out of the interval that it has without it."""
+
+    @property
+    def absent(self) -> tuple[Parameter, ...]:
+        """Parameters of which this kind of effort says nothing."""
+        if self.kind != JOINT_SENSOR or self.fit.values.get("J"):
+            return ()
+        return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in MOTOR_KEYS)
+
+    def refitted(self, solver: SteadyFit, fit: Fit) -> KindFit:
+        """The same kind, of a fit with other keys: a rival's difference follows the keys that both have."""
+        rival, covariance = self.rival, self.open
+        if rival is not None and covariance is not None and fit.free != self.fit.free:
+            both = [(i, self.fit.free.index(k)) for i, k in enumerate(fit.free) if k in self.fit.free]
+            here, there = ([pair[side] for pair in both] for side in (0, 1))
+            size, before = len(fit.free), (rival, covariance)
+            rival, covariance = np.zeros(size), np.zeros((size, size))
+            rival[here], covariance[np.ix_(here, here)] = before[0][there], before[1][np.ix_(there, there)]
+        return replace(self, solver=solver, fit=fit, rival=rival, open=covariance)
+
+    def weighed(self, uncertainty: Uncertainty) -> KindFit:
+        """The same, told the uncertainty that the fit has without its rival."""
+        if self.rival is None:
+            return self
+        moved = zip(self.fit.free, np.abs(self.rival), strict=True)
+        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in UNITS and k != "offset"]
+        return replace(self, unclear=max(sizes, default=0.0) > 1.96)
+
+    def joined(self, uncertainty: Uncertainty) -> Uncertainty:
+        """The uncertainty joined with what the rival would move."""
+        if self.rival is None or self.open is None:
+            return uncertainty
+        joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
+        return replace(uncertainty, covariance=joined)
+
+
+def kept_priors(priors: Mapping[str, Prior], keys: Sequence[str]) -> dict[str, Prior]:
+    """The nuisances that the keys leave something to do: without the motor's dry friction none turns over."""
+    dry = {"FSm", "FS"} if "J" in keys else {"FSm"}
+    has_friction = bool(dry & set(keys)) or any(key_named(k).effect for k in keys)
+    return {k: p for k, p in priors.items() if has_friction or k not in REVERSAL_KEYS}
+
+
+def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> KindFit:
+    """The fit of a base model under the kind of effort asked for, or under the one that `auto` finds. Raises nothing
+    that the fit has not raised already."""
+    sensor = not problem.rigid and "Jm" not in fit.free
+    if kind == JOINT_SENSOR or sensor:
+        case = {"case": "found" if kind == "auto" else "given"}
+        said = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", {"inertia_percent": 0.0}, case)
+        return KindFit(JOINT_SENSOR, solver, fit, (said,))
+    if kind == GRAVITY_COMPENSATED:
+        said = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {}, {"case": "given"})
+        return KindFit(GRAVITY_COMPENSATED, solver, fit, (said,))
+    if problem.rigid or kind != "auto" or any(key_named(k).effect for k in fit.free):
+        return KindFit(MOTOR, solver, fit)
+    try:
+        found = _joint_sensor(problem, solver, fit)
+        return found if found is not None else _gravity_compensated(problem, solver, fit)
+    except ExcitationError:  # the other kind's model runs away: it is not this one
+        return KindFit(MOTOR, solver, fit)
+
+
+def _refitted(
+    problem: FitProblem, solver: SteadyFit, keys: Sequence[str], start: Mapping[str, float], *, rough: bool = False
+) -> tuple[SteadyFit, Fit]:
+    """The fit over other keys, from values near its optimum, or `rough` ones. Raises ExcitationError."""
+    priors = kept_priors(solver.priors, keys)
+    values = {k: v for k, v in start.items() if k not in REVERSAL_KEYS or k in priors}
+    own = SteadyFit(problem, priors=priors, marks=solver.marks, local=solver.local)
+    if rough:
+        first = SimulationFit(problem, priors=priors)
+        few = (*keys, *(k for k in priors if k not in REVERSAL_KEYS))
+        for iterations, tolerance in ROUGH_ROUNDS:
+            found = first.solve(few, values, first.whitenings(values), iterations=iterations, tolerance=tolerance)
+            values = dict(found.values)
+    fit: Fit | None = None
+    for iterations, tolerance in ROUNDS:
+        fit = own.solve((*keys, *priors), values, own.whitenings(values), iterations=iterations, tolerance=tolerance)
+        values = dict(fit.values)
+    assert fit is not None
+    return own, fit
+
+
+def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit | None:
+    """The fit without the motor's side, where that is negligible and nothing is lost; else None."""
+    values, known = fit.values, uncertainty_of(fit, problem.rate_hz)
+    std = {k: min(known.std(k), 1e300) if k not in fit.at_bound else 0.0 for k in MOTOR_KEYS}
+    inertia = values["Jm"] + 2.0 * std["Jm"]
+    if inertia > NO_INERTIA * values["JL"]:
+        return None
+    speed = float(np.std(problem.motion.velocity))
+    torque = float(np.std(problem.torque[problem.usable]))
+    link = values.get("FV", 0.0) * speed + values.get("FS", 0.0)
+    if values.get("FVm", 0.0) * speed + values.get("FSm", 0.0) > max(NO_FRICTION * link, NO_TORQUE * torque):
+        return None
+    keys = [k for k in fit.free if k in UNITS and k not in MOTOR_KEYS]
+    own, found = _refitted(problem, solver, keys, {k: v for k, v in values.items() if k not in MOTOR_KEYS})
+    lost = _gain(problem, own, fit, found)
+    if lost < -AS_LIKELY:
+        return None
+    sizes = {"inertia_percent": 100.0 * inertia / values["JL"]}
+    notice = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", sizes, {"case": "found"})
+    return KindFit(JOINT_SENSOR, own, found, (notice,))
+
+
+def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
+    """The better of the fits with and without gravity in the effort, or the latter and how far the other is off."""
+    motor = KindFit(MOTOR, solver, fit)
+    if not all(k in fit.free for k in GRAVITY_KEYS):
+        return motor
+    linear = linear_gain(problem, solver, fit)
+    if linear < -CLEARLY and _gravity_sigmas(fit, problem.rate_hz) > SEEN:
+        return motor
+    keys = [k for k in fit.free if k in UNITS]
+    # An effort without gravity drives a fit with it far off: to an offset that cancels what it finds in the mode.
+    nothing = dict.fromkeys((*GRAVITY_KEYS, "offset"), 0.0) if linear < CLEARLY else {}
+    start = {**fit.values, **nothing, GRAVITY_REMOVED: 1.0}
+    own, found = _refitted(problem, solver, keys, start, rough=True)
+    gain = _gain(problem, own, fit, found)
+    if gain < -CLEARLY:
+        return motor
+    better, worse = remainder(own, found), remainder(solver, fit)
+    above = max(worse.gap**2 - min(better.floor, worse.floor) ** 2, 0.0)
+    explains = worse.gap**2 - better.gap**2 > MOST_OF_IT * above and not better.structured(better.gap)
+    if gain > CLEARLY and explains and _gravity_sigmas(found, problem.rate_hz) > SEEN:
+        notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain}, {"case": "found"})
+        return KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
+    moved = np.array([found.values[k] - fit.values[k] for k in fit.free])
+    known = uncertainty_of(found, problem.rate_hz).covariance
+    both = [found.free.index(k) for k in fit.free]
+    return replace(motor, rival=moved, open=known[np.ix_(both, both)])
+
+
+def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
+    known = uncertainty_of(fit, rate_hz)
+    ratios = [abs(fit.values[k]) / known.std(k) for k in GRAVITY_KEYS if known.std(k) > 0.0]
+    return max(ratios, default=0.0)
+
+
+def _gain(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> float:
+    """Twice the log-likelihood that `after` gains over `before`, in independent samples, under one noise: the less."""
+    plain = SteadyFit(problem, priors=solver.priors, marks=solver.marks)
+    choices = [plain.whitenings(f.values) for f in (before, after)]
+    whitenings = tuple(min(pair, key=lambda w: w.scale) for pair in zip(*choices, strict=True))
+    one, two = (plain.whitened_residual(f.values, whitenings) for f in (before, after))
+    cost, other = float(one @ one), float(two @ two)
+    count = min(one.size, two.size)
+    correlated = correlation_factor(replace(after, residual=two, rows=plain._rows(whitenings)))
+    size = max(min(cost, other) / count, 1.0)
+    return (cost - other) / size / correlated
+
+
+def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:
+    """Twice the log-likelihood, to first order, that an effort without gravity gains over one with it.
+
+    What is recorded is then the motor's torque less g (MX cos qm + MY sin qm): two columns that need no simulation.
+    """
+    position = problem.motion.position
+    nothing = [np.zeros(problem.time.size)] * (len(fit.whitenings) - 1)
+    late = float(fit.values.get("torque_delay", 0.0))
+    removed = [
+        solver.whitened((GRAVITY * problem.reduced(shape, delay=late), *nothing), fit.whitenings)
+        for shape in (np.cos(position), np.sin(position))
+    ]
+    inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
+    jacobian, prior = fit.jacobian.copy(), np.sqrt(np.diag(fit.prior_information))
+    rest = fit.residual.copy()
+    costs = [_least(jacobian[:, inside], rest, prior[inside])]
+    for key, column in zip(GRAVITY_KEYS, removed, strict=True):
+        jacobian[:, fit.free.index(key)] += column
+        rest = rest + fit.values[key] * column
+    costs.append(_least(jacobian[:, inside], rest, prior[inside]))
+    size = max(min(costs) / rest.size, 1.0)
+    return (costs[0] - costs[1]) / size / correlation_factor(fit)
+
+
+def _least(jacobian: Floats, rest: Floats, prior: Floats) -> float:
+    """The least sum of squares of a linearised problem, priors included."""
+    matrix = np.concatenate((jacobian, np.diag(prior)))
+    target = np.concatenate((rest, np.zeros(prior.size)))
+    scale = np.linalg.norm(matrix, axis=0)
+    scale[scale == 0.0] = 1.0
+    solution = np.linalg.lstsq(matrix / scale, -target, rcond=1e-10)[0]
+    left = target + matrix / scale @ solution
+    return float(left @ left)
