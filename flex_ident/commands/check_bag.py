@@ -14,6 +14,7 @@ from flex_ident.bags.motions import moving_joint
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
+from flex_ident.estimation.identification import refuse_unusable
 from flex_ident.filtering.design import filter_design
 from flex_ident.notices import Code, Notice
 from flex_ident.notices.codes import NOT_SI
@@ -84,6 +85,7 @@ def _obstacle(recording: Recording) -> DataError | None:
         size, rate = recording.time.size, recording.sample_rate_hz
         return ExcitationError(f"{extent_text(size, rate)} are too short: {more_needed(size, rate)}")
     try:
+        refuse_unusable(recording)
         fit_problem(recording, sensors="motor" if recording.link_position is None else "motor+link")
     except DataError as error:
         return error

@@ -19,7 +19,13 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import GRAVITY_KEYS, UNITS, Parameter
 from flex_ident.parameters.effort_kinds import (
-    GRAVITY_COMPENSATED, GRAVITY_REMOVED, JOINT_SENSOR, MOTOR, MOTOR_KEYS, REVERSAL_KEYS, EffortKind,
+    GRAVITY_COMPENSATED,
+    GRAVITY_REMOVED,
+    JOINT_SENSOR,
+    MOTOR,
+    MOTOR_KEYS,
+    REVERSAL_KEYS,
+    EffortKind,
 )  # fmt: skip
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY
@@ -27,8 +33,8 @@ from flex_ident.simulation.terms import GRAVITY
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((12, 1e-4), (10, 1e-6))
 NO_INERTIA = 0.05
-"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have 0.2 to 5,
-and a direct drive without a rotor to speak of 0.3."""
+"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have
+0.2 to 5, and a direct drive without a rotor to speak of 0.3."""
 NO_FRICTION, NO_TORQUE = 0.1, 0.01
 """Of the link's friction, or of the torque, rms: the motor's friction under which there is none."""
 AS_LIKELY = 40.0
@@ -36,6 +42,9 @@ AS_LIKELY = 40.0
 with the method's own error at reversals."""
 CLEARLY = 20.0
 """Twice the log-likelihood, in independent samples, from which one kind of effort wins over another: 1 in 20,000."""
+FAR = 1000.0
+"""The same, to first order, from which gravity is in the effort beyond all doubt: -1e5 and less for joints that bear any
+to speak of; a fit that is far off for want of it showed -42."""
 MOST_OF_IT = 0.5
 """Share of what the worse model leaves above the noise that the better one must explain."""
 SEEN = 4.0
@@ -57,7 +66,7 @@ class KindFit:
     rival: Floats | None = None
     open: Floats | None = None
     unclear: bool = False
-    """Whether the rival would move a parameter of the joint out of the interval that it has without it."""
+    """Whether the rival leaves a parameter of the joint open beyond the interval that it has without it."""
 
     @property
     def absent(self) -> tuple[Parameter, ...]:
@@ -81,7 +90,8 @@ class KindFit:
         """The same, told the uncertainty that the fit has without its rival."""
         if self.rival is None:
             return self
-        moved = zip(self.fit.free, np.abs(self.rival), strict=True)
+        assert self.open is not None
+        moved = zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
         sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in UNITS and k != "offset"]
         return replace(self, unclear=max(sizes, default=0.0) > 1.96)
 
@@ -155,8 +165,7 @@ def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit |
         return None
     keys = [k for k in fit.free if k in UNITS and k not in MOTOR_KEYS]
     own, found = _refitted(problem, solver, keys, {k: v for k, v in values.items() if k not in MOTOR_KEYS})
-    lost = _gain(problem, own, fit, found)
-    if lost < -AS_LIKELY:
+    if gain_of(problem, own, fit, found).size < -AS_LIKELY:
         return None
     sizes = {"inertia_percent": 100.0 * inertia / values["JL"]}
     notice = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", sizes, {"case": "found"})
@@ -169,21 +178,20 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
     if not all(k in fit.free for k in GRAVITY_KEYS):
         return motor
     linear = linear_gain(problem, solver, fit)
-    if linear < -CLEARLY and _gravity_sigmas(fit, problem.rate_hz) > SEEN:
+    if linear < -FAR:
         return motor
     keys = [k for k in fit.free if k in UNITS]
     # An effort without gravity drives a fit with it far off: to an offset that cancels what it finds in the mode.
     nothing = dict.fromkeys((*GRAVITY_KEYS, "offset"), 0.0) if linear < CLEARLY else {}
     start = {**fit.values, **nothing, GRAVITY_REMOVED: 1.0}
     own, found = _refitted(problem, solver, keys, start, rough=True)
-    gain = _gain(problem, own, fit, found)
-    if gain < -CLEARLY:
+    gain = gain_of(problem, own, fit, found)
+    if gain.size < -CLEARLY:
         return motor
-    better, worse = remainder(own, found), remainder(solver, fit)
-    above = max(worse.gap**2 - min(better.floor, worse.floor) ** 2, 0.0)
-    explains = worse.gap**2 - better.gap**2 > MOST_OF_IT * above and not better.structured(better.gap)
-    if gain > CLEARLY and explains and _gravity_sigmas(found, problem.rate_hz) > SEEN:
-        notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain}, {"case": "found"})
+    left = remainder(own, found)
+    explains = gain.share > MOST_OF_IT and not left.structured(left.gap)
+    if gain.size > CLEARLY and explains and _gravity_sigmas(found, problem.rate_hz) > SEEN:
+        notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
         return KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
     moved = np.array([found.values[k] - fit.values[k] for k in fit.free])
     known = uncertainty_of(found, problem.rate_hz).covariance
@@ -197,8 +205,17 @@ def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
     return max(ratios, default=0.0)
 
 
-def _gain(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> float:
-    """Twice the log-likelihood that `after` gains over `before`, in independent samples, under one noise: the less."""
+@dataclass(frozen=True)
+class Gain:
+    """Twice the log-likelihood that one fit gains over another under one noise, in independent samples, and the share
+    that it saves of what the other leaves above that noise."""
+
+    size: float
+    share: float
+
+
+def gain_of(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> Gain:
+    """What `after` gains over `before`, the noise being the less of what either shows."""
     plain = SteadyFit(problem, priors=solver.priors, marks=solver.marks)
     choices = [plain.whitenings(f.values) for f in (before, after)]
     whitenings = tuple(min(pair, key=lambda w: w.scale) for pair in zip(*choices, strict=True))
@@ -207,7 +224,7 @@ def _gain(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> fl
     count = min(one.size, two.size)
     correlated = correlation_factor(replace(after, residual=two, rows=plain._rows(whitenings)))
     size = max(min(cost, other) / count, 1.0)
-    return (cost - other) / size / correlated
+    return Gain((cost - other) / size / correlated, (cost - other) / max(cost - count, 1e-300))
 
 
 def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:

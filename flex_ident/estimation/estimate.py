@@ -21,6 +21,7 @@ from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.verdict import REVERSED
+from flex_ident.screening.coupling import Coupling, coupling_of
 from flex_ident.screening.sketching import effects_in
 from flex_ident.screening.suspects import Suspect, suspects, widened
 
@@ -51,6 +52,8 @@ class Estimate:
     suspects: tuple[Suspect, ...]
     plain: Uncertainty
     """The uncertainty as if the model were right; `uncertainty` is joined with what suspects would move."""
+    coupling: Coupling | None = None
+    """What the motion of other joints explains of what is left; None where none moved."""
     kind: KindFit | None = None
     """Which kind of effort the fit is of, where that was asked."""
 
@@ -208,4 +211,6 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         remainder(solver, fit),
         suspects(solver, fit, prismatic=prismatic),
     )
-    return Estimate(problem, solver, fit, widened(plain, found, left), validation, trained.values, left, found, plain)
+    joined = widened(plain, found, left)
+    coupling = coupling_of(solver, fit)
+    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, coupling)

@@ -31,11 +31,14 @@ from flex_ident.parameters import (
     Sensors,
     TorqueCurves,
 )
+from flex_ident.parameters.effort_kinds import (
+    GRAVITY_COMPENSATED,
+    GRAVITY_REMOVED,
+    JOINT_SENSOR,
+    MOTOR_KEYS,
+)  # fmt: skip
 from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Floats, Recording
-from flex_ident.parameters.effort_kinds import (
-    GRAVITY_COMPENSATED, GRAVITY_REMOVED, JOINT_SENSOR, MOTOR_KEYS,
-)  # fmt: skip
 from flex_ident.recording.signs import refuse_unsigned
 from flex_ident.recording.stillness import refuse_held
 from flex_ident.regression import identify_linear
@@ -176,9 +179,10 @@ def base_start(
         keys = tuple(k for k in keys if k not in MOTOR_KEYS)
         if problem.rigid or kind != "auto" or options.model is not None:
             raise
-        start = sensor_start(problem, keys, options.first_mode_hz)
-        if start is None:
+        sensed = sensor_start(problem, keys, options.first_mode_hz)
+        if sensed is None:
             raise
+        start = sensed
     if kind == GRAVITY_COMPENSATED and not problem.rigid:
         start = {**start, GRAVITY_REMOVED: 1.0}
     if options.model is None:
@@ -311,6 +315,7 @@ def identification_of(
             left=estimate.left,
             suspects=estimate.suspects,
             moved=moved_stds(estimate),
+            coupling=estimate.coupling,
         )
     )
     notices = [*recording.notices, *objections, *identifiability_notices(parameters)]

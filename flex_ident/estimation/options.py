@@ -19,7 +19,8 @@ class IdentifyOptions:
     `sensors`: auto, motor, motor+link. `method`: auto (maximum likelihood by simulation), paper (the 2001 paper to
     the letter), weighted (its equations with clean preprocessing and weights). `first_mode_hz`: the locked-motor
     frequency, if known. `model`: where the fit starts, effects included. `cutoff_sweep`: repeat the fit at other
-    cutoffs, which shows whether the estimates depend on the filter. `effort_kind`: what the effort is; `auto` finds out.
+    cutoffs, which shows whether the estimates depend on the filter. `effort_kind`: what the effort is; `auto` finds
+    out.
     """
 
     sensors: str = "auto"

@@ -27,9 +27,7 @@ POOR = 0.25
 """Share of the torque's energy that a start may leave before the opposite sign is tried."""
 
 
-def scanned_start(
-    problem: FitProblem, *, first_mode_hz: float | None = None, motor: bool = True
-) -> dict[str, float]:
+def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, motor: bool = True) -> dict[str, float]:
     """Flat values of all base keys from which the simulation-based fit converges. Raises ExcitationError.
 
     The scan runs from a hundredth of the band to 1.5 times the band, or within a factor of two of `first_mode_hz`.
@@ -93,7 +91,11 @@ def _linear_spring(_square: float) -> Shape:
 
 
 def _best_scanned(
-    problem: FitProblem, first_mode_hz: float | None, targets: Floats, shape: Callable[[float], Shape], *,
+    problem: FitProblem,
+    first_mode_hz: float | None,
+    targets: Floats,
+    shape: Callable[[float], Shape],
+    *,
     motor: bool = True,
 ) -> tuple[float, int, dict[str, float]]:
     """Sum of squares left, which of the torques (m, d) fits best, and the values with it."""

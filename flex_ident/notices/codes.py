@@ -124,8 +124,8 @@ class Code(StrEnum):
     )  # fmt: skip
     EFFORT_KIND_UNCLEAR = (
         "effort_kind_unclear", "doubt",
-        "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was taken "
-        "as the motor's torque, and the intervals reach as far as the other would move them.",
+        "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was "
+        "taken as the motor's torque, and the intervals reach as far as the other would move them.",
         "Say --effort-kind motor or --effort-kind gravity_compensated.",
     )  # fmt: skip
     EFFORT_UNSIGNED = (
@@ -167,7 +167,12 @@ class Code(StrEnum):
     )  # fmt: skip
     OTHER_JOINTS_MOVE = (
         "other_joints_move", "info",
-        "Other joints move in the recording: their motion loads this one, which the model does not know.",
+        "Other joints move in the recording: their motion may load this one, which the model does not know.",
+        "Move this joint alone, all others held; or give the robot with --urdf.",
+    )  # fmt: skip
+    OTHER_JOINTS_EXPLAIN = (
+        "other_joints_explain", "doubt",
+        "What the model leaves is in part the motion of other joints: their inertia, speed or weight loads this one.",
         "Move this joint alone, all others held; or give the robot with --urdf.",
     )  # fmt: skip
     CONSTANT_SPEED = (

@@ -34,4 +34,6 @@ def check_effort_kind(kind: str, *, method: str = "auto") -> None:
     if kind in TO_COME:
         raise UsageError(f"effort kind {kind} is not built yet: expected one of {', '.join(BUILT)}.")
     if kind in (JOINT_SENSOR, GRAVITY_COMPENSATED) and method != "auto":
-        raise UsageError(f"effort kind {kind} needs --method auto: the equations of {method} are of the motor's torque.")
+        raise UsageError(
+            f"effort kind {kind} needs --method auto: the equations of {method} are of the motor's torque."
+        )

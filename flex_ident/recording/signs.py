@@ -3,6 +3,8 @@ one side is flat if it gets there at all."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -58,7 +60,7 @@ def corners_at_zero(effort: Floats) -> int:
 def _noise(x: Floats) -> float:
     """Standard deviation of what third differences say is noise: a low quantile, so that jumps do not count."""
     third = np.abs(np.diff(x, 3))
-    return float(np.quantile(third, 0.3)) / 0.385 / np.sqrt(20.0)
+    return float(np.quantile(third, 0.3)) / 0.385 / math.sqrt(20.0)
 
 
 def _minima(x: Floats, level: float) -> NDArray[np.int64]:

@@ -30,8 +30,8 @@ A chirp to near half the rate has samples as unrelated as noise, and is none.
 def is_held(position: Floats) -> bool:
     """Whether the positions (n,), rad or m, of a joint are those of one that is held, whatever they are sampled at.
 
-    Held: it spans less than a few steps of its encoder, or it is as small as noise may be and one sample says nothing of
-    the next. A value that is repeated, by a slower encoder, counts once.
+    Held: it spans less than a few steps of its encoder, or it is as small as noise may be and one sample says nothing
+    of the next. A value that is repeated, by a slower encoder, counts once.
     """
     span = float(np.ptp(position)) if position.size else 0.0
     if span < STILL:
@@ -73,6 +73,6 @@ def still_error(joint: str, span: float) -> ExcitationError:
     """That a joint does not move, though its positions span so much, rad or m."""
     noise = ", which is noise" if span > 0.0 else ""
     return ExcitationError(
-        f"joint {joint} does not move: its position spans {span:.2g} rad{noise}. Record it while it follows a chirp, or "
-        "name another one with --joint."
+        f"joint {joint} does not move: its position spans {span:.2g} rad{noise}. Record it while it follows a chirp, "
+        "or name another one with --joint."
     )

@@ -129,10 +129,7 @@ def _base_not_determined(n: Notice) -> str:
 
 def _other_joints(n: Notice) -> str:
     count = int(n.numbers["count"])
-    return (
-        f"{count} other joint{'s move' if count > 1 else ' moves'} ({n.texts['joints']}): their motion loads this one, "
-        "which the model does not know. Move this joint alone, all others held."
-    )
+    return f"{count} other joint{'s' if count > 1 else ''} moved: {n.texts['joints']}."
 
 
 LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
@@ -206,9 +203,9 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.EFFORT_REVERSED: REVERSED,
     Code.EFFORT_JOINT_SENSOR: {
         "found": (
-            "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor inertia "
-            "of less than {inertia_percent:.2g} % of the link's, and no friction of a motor. Jm, FVm and FSm are not in "
-            "it; if it is the motor's, say --effort-kind motor."
+            "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor "
+            "inertia of less than {inertia_percent:.2g} % of the link's, and no friction of a motor. Jm, FVm and FSm "
+            "are not in it; if it is the motor's, say --effort-kind motor."
         ),
         "given": (
             "the effort was taken as the torque through the transmission, as you say: Jm, FVm and FSm are not in it."
@@ -216,8 +213,9 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     },
     Code.EFFORT_GRAVITY_COMPENSATED: {
         "found": (
-            "the effort is less the gravity that the controller adds: with that, what the mode shows of gravity and what "
-            "the torque shows agree (2 log likelihood {gain:.0f}). If it is the motor's torque, say --effort-kind motor."
+            "the effort is less the gravity that the controller adds: that explains torque and mode better than the "
+            "motor's torque does (by {gain:.3g} in twice the log-likelihood; 20 are clear). If it is the motor's, say "
+            "--effort-kind motor."
         ),
         "given": "the effort was taken as less the gravity that the controller adds, as you say.",
     },
@@ -234,6 +232,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.LINK_SKEW_BELOW_A_SAMPLE: _below_a_sample("link position"),
     Code.JOINT_STILL: "joint {subject} is held: it moves {moved:.2g} only. Record while it follows a chirp.",
     Code.OTHER_JOINTS_MOVE: _other_joints,
+    Code.OTHER_JOINTS_EXPLAIN: (
+        "the motion of other joints ({joints}) explains {share_percent:.0f} % of what the model leaves, by energy, "
+        "where it was not fitted: it loads this joint, which the model does not know. Move this joint alone, all "
+        "others held."
+    ),
     Code.CONSTANT_SPEED: (
         "the joint moves at one speed: viscous and Coulomb friction cannot be told apart. Record a chirp."
     ),
