@@ -33,8 +33,8 @@ from flex_ident.simulation.terms import GRAVITY
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((12, 1e-4), (10, 1e-6))
 NO_INERTIA = 0.05
-"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have
-0.2 to 5, and a direct drive without a rotor to speak of 0.3."""
+"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have 0.2 to
+5, and a direct drive without a rotor to speak of has 0.3."""
 NO_FRICTION, NO_TORQUE = 0.1, 0.01
 """Of the link's friction, or of the torque, rms: the motor's friction under which there is none."""
 AS_LIKELY = 40.0
@@ -43,10 +43,14 @@ with the method's own error at reversals."""
 CLEARLY = 20.0
 """Twice the log-likelihood, in independent samples, from which one kind of effort wins over another: 1 in 20,000."""
 FAR = 1000.0
-"""The same, to first order, from which gravity is in the effort beyond all doubt: -1e5 and less for joints that bear any
-to speak of; a fit that is far off for want of it showed -42."""
-MOST_OF_IT = 0.5
-"""Share of what the worse model leaves above the noise that the better one must explain."""
+"""The same, to first order, from which gravity is in the effort beyond all doubt: -1e5 and less for joints that bear
+any to speak of; a fit that is far off for want of it showed -42."""
+MOST_OF_IT, MOST_WITH_LINK = 0.8, 0.3
+"""Share of what the worse model leaves above the noise that the better one must explain: a link encoder shows gravity to
+first order, and its own rounding as well; the motor alone to second order, where another gravity may do half as well."""
+GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
+"""First moments times g that are tried, over the stiffness of the joint."""
+GRAVITY_ANGLES = 8
 SEEN = 4.0
 """Standard deviations from which gravity is seen in the mode."""
 
@@ -181,22 +185,62 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
     if linear < -FAR:
         return motor
     keys = [k for k in fit.free if k in UNITS]
-    # An effort without gravity drives a fit with it far off: to an offset that cancels what it finds in the mode.
-    nothing = dict.fromkeys((*GRAVITY_KEYS, "offset"), 0.0) if linear < CLEARLY else {}
-    start = {**fit.values, **nothing, GRAVITY_REMOVED: 1.0}
-    own, found = _refitted(problem, solver, keys, start, rough=True)
-    gain = gain_of(problem, own, fit, found)
-    if gain.size < -CLEARLY:
+    tried: list[tuple[Gain, SteadyFit, Fit]] = []
+    for start in _gravity_starts(problem, solver, fit):
+        try:
+            own, found = _refitted(problem, solver, keys, start)
+        except ExcitationError:
+            continue
+        tried.append((gain_of(problem, own, fit, found), own, found))
+    tried.sort(key=lambda one: -one[0].size)
+    if not tried or tried[0][0].size < -CLEARLY:
         return motor
+    gain, own, found = tried[0]
+    alike = [f for g, _, f in tried if g.size > gain.size - CLEARLY]
     left = remainder(own, found)
-    explains = gain.share > MOST_OF_IT and not left.structured(left.gap)
-    if gain.size > CLEARLY and explains and _gravity_sigmas(found, problem.rate_hz) > SEEN:
+    enough = MOST_OF_IT if problem.link is None else MOST_WITH_LINK
+    explains = gain.share > enough and not left.structured(left.gap)
+    known = uncertainty_of(found, problem.rate_hz)
+    alone = all(abs(f.values[k] - found.values[k]) < SEEN * known.std(k) for f in alike for k in keys)
+    if gain.size > CLEARLY and explains and alone and _gravity_sigmas(found, problem.rate_hz) > SEEN:
         notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
         return KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
-    moved = np.array([found.values[k] - fit.values[k] for k in fit.free])
-    known = uncertainty_of(found, problem.rate_hz).covariance
+    rivals = [np.array([f.values[k] - fit.values[k] for k in fit.free]) for f in alike]
+    moved = max(rivals, key=lambda r: abs(float(r[fit.free.index("K")])))
     both = [found.free.index(k) for k in fit.free]
-    return replace(motor, rival=moved, open=known[np.ix_(both, both)])
+    return replace(motor, rival=moved, open=known.covariance[np.ix_(both, both)])
+
+
+def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit) -> list[dict[str, float]]:
+    """Where fits of an effort without gravity start: the best of gravities of several sizes and directions.
+
+    Such a torque is, to first order in gravity's stiffness k over K, that of a joint without gravity of a stiffness
+    K - k and a link inertia smaller in the ratio of the squares: so the fit with the motor's torque lies in a valley
+    along which gravity is open, with K and JL following. Only what is of second order in k, or a link encoder, tells.
+    """
+    values, here = fit.values, float(np.mean(problem.motion.position))
+    many = [{**values, GRAVITY_REMOVED: 1.0}]
+    for size in GRAVITY_SIZES:
+        for angle in np.arange(GRAVITY_ANGLES) * 2.0 * math.pi / GRAVITY_ANGLES:
+            moment = size * values["K"] / GRAVITY
+            slope = -GRAVITY * moment * math.sin(here - angle)
+            stiffness = values["K"] + slope
+            ratio = (stiffness + slope) / values["K"]
+            own = {"K": stiffness, "MX": moment * math.cos(angle), "MY": moment * math.sin(angle), "offset": 0.0}
+            own |= {k: ratio * values[k] for k in ("JL", "FV", "FS") if k in values}
+            many.append({**values, **own, GRAVITY_REMOVED: 1.0})
+    rests = solver.whitened_residuals(many, fit.whitenings)
+    costs = [float(r @ r) if np.isfinite(r).all() else math.inf for r in rests]
+    order = sorted(range(len(many)), key=lambda i: costs[i])
+    first = many[order[0]]
+    # The next that lies elsewhere: of gravity that pulls the other way, if there is one.
+    apart = next((many[i] for i in order[1:] if _pull(many[i], here) * _pull(first, here) < 0.0), many[order[1]])
+    return [first, apart]
+
+
+def _pull(values: Mapping[str, float], position: float) -> float:
+    """Gravity's stiffness at a position over g, kg m."""
+    return values["MY"] * math.cos(position) - values["MX"] * math.sin(position)
 
 
 def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:

@@ -21,8 +21,10 @@ LEGS = (1, 2, 3, 5, 8, 13, 20)
 RISEN = 3.0
 """Of the noise: how far both sides must rise above a minimum for its shape to be seen."""
 FEWEST_CORNERS = 6
-CORNERS = 0.6
+CORNERS = 0.4
 """Share of the minima at zero that must be corners."""
+MEETING = 0.25
+"""Steps of a sample by which the point where both sides meet may miss zero and the minimum."""
 STRAIGHT = 0.5
 """Curvature of a side over the break of slope at the minimum, up to which the minimum is a corner: 0 for straight sides
 that meet, 1 for a parabola."""
@@ -82,6 +84,12 @@ def _shape(x: Floats, k: int, noise: float) -> bool | None:
         fall, rise = float(left[1] - left[0]), float(right[1] - right[0])
         if min(fall, rise) < RISEN * noise:
             continue
+        slope_left, slope_right = fall / leg, rise / leg
+        # Both sides prolonged meet at zero, between the samples around the minimum; those of a parabola meet below it.
+        where = (float(left[0]) - slope_left - float(right[0]) + slope_right) / (slope_left + slope_right)
+        meet = float(left[0]) - slope_left * (1.0 + where)
+        if abs(where) > 1.0 + MEETING or abs(meet) > MEETING * min(slope_left, slope_right) + RISEN * noise:
+            return False
         bend = max(abs(left[2] - 2.0 * left[1] + left[0]), abs(right[2] - 2.0 * right[1] + right[0]))
         return bool(bend < STRAIGHT * (fall + rise) * 0.5 + RISEN * noise and min(fall, rise) > 0.3 * max(fall, rise))
     return None
