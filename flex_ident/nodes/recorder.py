@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ class Recorder:
         """Subscribe to what has appeared of the topics wanted."""
         for topic in list(self._wanted):
             try:
-                message_type = self._raw.subscribe(topic, lambda data, name=topic: self._on_message(name, data))
+                message_type = self._raw.subscribe(topic, partial(self._on_message, topic))
                 if not message_type:
                     continue
                 self.announce(topic, message_type)
