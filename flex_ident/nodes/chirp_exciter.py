@@ -143,11 +143,11 @@ class ChirpExciter(Node):
         return ""
 
     def _on_state(self, data: bytes) -> None:
-        now = time.monotonic()
+        now, ros_now = time.monotonic(), 1e-9 * self.get_clock().now().nanoseconds
         self._recording.write(self._states_topic, data)
         settings = self.run.exciter.settings
         try:
-            sample = joint_sample(data, settings.joint, settings.held, now)
+            sample = joint_sample(data, settings.joint, settings.held, now, ros_now)
         except Exception as error:  # whatever rclpy makes of bytes that are no joint state
             why = f"a message on {self._states_topic} is no joint state ({one_line(error)})"
             with self._lock:

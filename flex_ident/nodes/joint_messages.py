@@ -20,10 +20,12 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
-def joint_sample(data: bytes, joint: str, held: tuple[str, ...], received: float) -> JointSample:
-    """A joint state's bytes as the exciter takes them; `received` is the steady clock's time, s."""
+def joint_sample(data: bytes, joint: str, held: tuple[str, ...], received: float, ros_now: float) -> JointSample:
+    """A joint state's bytes as the exciter takes them; `received`, s, of the steady clock, is `ros_now` of ROS."""
     message = deserialize_message(data, JointState)
-    stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec or received
+    stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+    age = ros_now - stamp if stamp else math.nan
+    stamp = stamp or received
     names = list(message.name)
 
     def of(values: Any, name: str) -> float:
@@ -35,7 +37,7 @@ def joint_sample(data: bytes, joint: str, held: tuple[str, ...], received: float
     return JointSample(
         received, stamp, of(message.position, joint), of(message.velocity, joint), of(message.effort, joint),
         tuple(of(message.position, j) for j in held), tuple(of(message.velocity, j) for j in held),
-        tuple(of(message.effort, j) for j in held), tuple(names),
+        tuple(of(message.effort, j) for j in held), tuple(names), age,
     )  # fmt: skip
 
 

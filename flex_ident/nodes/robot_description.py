@@ -11,7 +11,7 @@ from std_msgs.msg import String
 
 from flex_ident.errors import FlexIdentError
 from flex_ident.excitation import Exciter
-from flex_ident.excitation.limits import urdf_limits
+from flex_ident.excitation.limits import is_continuous, urdf_limits
 from flex_ident.excitation.surroundings import Description
 from flex_ident.nodes.exciter_settings import Experiment
 from flex_ident.nodes.exciter_state import LATCHED
@@ -54,7 +54,8 @@ def exciter_within(found: Experiment, description: str | None) -> tuple[Exciter,
         try:
             limits = limits.tightened(urdf_limits(description, settings.joint))
             held = tuple(urdf_limits(description, joint).effort for joint in settings.held)
-            settings = replace(settings, held_effort=held)
+            continuous = tuple(is_continuous(description, joint) for joint in (settings.joint, *settings.held))
+            settings = replace(settings, held_effort=held, continuous=continuous)
         except FlexIdentError as error:
             problem = str(error)
     return Exciter(settings, found.reference, limits), problem
