@@ -19,12 +19,13 @@ from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.excitation import Output
 from flex_ident.excitation.run import Run
 from flex_ident.excitation.surroundings import Surroundings
+from flex_ident.nodes.command_messages import command_messages
 from flex_ident.nodes.command_topic import CommandTopic
 from flex_ident.nodes.commander import Commander
 from flex_ident.nodes.exciter_recording import RunRecording
-from flex_ident.nodes.exciter_settings import JOINTS, USAGE, Experiment, declare_all, experiment
+from flex_ident.nodes.exciter_settings import USAGE, Experiment, declare_all, experiment
 from flex_ident.nodes.exciter_state import StateReports
-from flex_ident.nodes.joint_messages import JOINT_STATE, CommandMessages, joint_sample
+from flex_ident.nodes.joint_messages import JOINT_STATE, joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.robot_description import RobotDescription, exciter_within
 from flex_ident.nodes.running import quick_executor, run_node
@@ -51,7 +52,7 @@ class ChirpExciter(Node):
         """Whether the limits are of an earlier description, as another came while the joint was busy."""
         auto_start, exits = values["auto_start"], values["exit_when_done"]
         self.run = Run(exciter, auto_start=auto_start, exit_when_done=exits, now=time.monotonic())
-        self._commands = CommandTopic(self, self._messages().message_class, str(values["command.topic"]))
+        self._commands = CommandTopic(self, values)
         self._commander = Commander(self, self._commands, self._step, lambda *written: self._recording.write(*written))
         self._reports = StateReports(self)
         self._states_topic = self.resolve_topic_name("joint_states")
@@ -109,7 +110,9 @@ class ChirpExciter(Node):
                 why = self.run.request(now, self._surroundings())
             why = why or self._open()
         response.success = not why
-        response.message = why or f"moving to the start position; recording to {self._recording.path or 'nowhere'}"
+        where = self._recording.path or "nowhere"
+        guarded = f"process {self._commands.guard.pid} stops the joint should this node die"
+        response.message = why or f"moving to the start position; recording to {where}; {guarded}"
         if not why and self._recording.unpublished:
             response.message += f"; not received so far: {self._recording.unpublished}"
         return response
@@ -121,13 +124,14 @@ class ChirpExciter(Node):
 
     def _surroundings(self) -> Surroundings:
         """What is seen around the node now."""
+        guard_problem = self._commands.guard.problem(moving=self.run.phase == "moving")
         return Surroundings(
             self._commands.name, self._states_topic, self._description.topic,
             listeners=self._commands.listeners(), others=self._commands.others(),
             states_published=bool(self._states_type), description=self._description.state(),
             description_required=bool(self._experiment.values["limits.require_urdf"]),
             open_limits=self._experiment.open_limits, limits_problem=self._limits_problem,
-            recording_failure=self._recording.failure,
+            recording_failure=self._recording.failure, guard_problem=guard_problem,
         )  # fmt: skip
 
     def _open(self) -> str:
@@ -157,7 +161,8 @@ class ChirpExciter(Node):
         with self._lock:
             begins = self.run.observe(sample, self._limits_problem)
         if begins:
-            self._commander.start(self._messages(), settings.joint, float(self._experiment.values["rate_hz"]))
+            values = self._experiment.values
+            self._commander.start(command_messages(values), settings.joint, float(values["rate_hz"]))
 
     # -- ten times a second
 
@@ -205,11 +210,6 @@ class ChirpExciter(Node):
         with self._lock:
             return self.run.step(now)
 
-    def _messages(self) -> CommandMessages:
-        values = self._experiment.values
-        joints = values[JOINTS] or [values["joint"]]
-        return CommandMessages(values["command.type"], joints, values["joint"], 1.0 / values["rate_hz"])
-
     def interrupt(self, why: str) -> None:
         """Ramp down if anything moves, then end."""
         with self._lock:
@@ -221,6 +221,7 @@ class ChirpExciter(Node):
         with self._lock:
             self.run.stop("the node ends")
         self._commander.end()
+        self._commands.guard.end()
         self._recording.close()
 
 

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from rclpy.node import Node
 
+from flex_ident.nodes.command_messages import command_messages
+from flex_ident.nodes.guard import Post
+from flex_ident.nodes.guarded import GuardProcess
+
 
 class CommandTopic:
-    """A publisher of commands; `allies` are nodes, by full name, that may publish there as well."""
+    """A publisher of commands, and a guard that may publish there as well."""
 
-    def __init__(self, node: Node, message_class: Any, topic: str, allies: Sequence[str] = ()) -> None:
+    def __init__(self, node: Node, values: dict[str, Any]) -> None:
         self._node = node
-        self._publisher = node.create_publisher(message_class, topic, 10)
+        message_class = command_messages(values).message_class
+        self._publisher = node.create_publisher(message_class, str(values["command.topic"]), 10)
         self.name = str(self._publisher.topic_name)
-        self._allies = allies
+        name, namespace = f"{node.get_name()}_guard", str(node.get_namespace())
+        self._own_name, self._guards_name = full_name(node.get_name(), namespace), full_name(name, namespace)
+        self.guard = GuardProcess(Post(name, namespace, self.name, values["command.type"], 1.0 / values["rate_hz"]))
 
     def publish(self, message: Any) -> None:
         """Send a command."""
@@ -27,12 +33,12 @@ class CommandTopic:
 
     def others(self) -> str:
         """Names of other nodes that may command the robot; empty when there are none."""
-        if self._node.count_publishers(self.name) < 2:
-            return ""
-        ours = [full_name(self._node.get_name(), self._node.get_namespace()), *self._allies]
+        ours = [self._own_name]
         found = []
         for info in self._node.get_publishers_info_by_topic(self.name):
             name = full_name(info.node_name, info.node_namespace)
+            if bytes(info.endpoint_gid).hex() == self.guard.mark or name == self._guards_name:
+                continue
             if name in ours:
                 ours.remove(name)  # a second node of the same name is another one
             else:

@@ -10,9 +10,11 @@ from sensor_msgs.msg import JointState
 from flex_ident.commands.common import one_line
 from flex_ident.excitation import Output
 from flex_ident.excitation.exciter import MOVING
+from flex_ident.excitation.guarding import Beat
 from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
+from flex_ident.nodes.command_messages import CommandMessages
 from flex_ident.nodes.command_topic import CommandTopic
-from flex_ident.nodes.joint_messages import CommandMessages, ReferenceMessages
+from flex_ident.nodes.joint_messages import ReferenceMessages
 
 RAMP_S = 5.0
 """Time in which a joint that still moves when the node ends must have come to rest."""
@@ -25,7 +27,7 @@ class Commander:
         self, node: Node, commands: CommandTopic, step: Callable[[float], Output],
         record: Callable[[str, bytes, int], None],
     ) -> None:  # fmt: skip
-        self._commands, self._step, self._record = commands, step, record
+        self._commands, self._guard, self._step, self._record = commands, commands.guard, step, record
         self._publisher = node.create_publisher(JointState, "~/reference", 100)
         self.topic = str(self._publisher.topic_name)
         self._ros_time = RosTime(lambda: int(node.get_clock().now().nanoseconds))
@@ -33,6 +35,8 @@ class Commander:
 
     def start(self, commands: CommandMessages, joint: str, rate_hz: float) -> None:
         """Begin to tick."""
+        self._guard.begin()
+        self._joint = joint
         self._messages, self._references = commands, ReferenceMessages(joint)
         self._punctuality = Punctuality(rate_hz)
         self._clock = CommandClock(rate_hz, self._tick)
@@ -41,15 +45,18 @@ class Commander:
     def _tick(self, now: float, late: float, skipped: int) -> bool:
         output = self._step(now)
         stamp = self._ros_time.at(now)
-        message = self._messages.message(output)
-        if message is not None:
-            self._commands.publish(message)
+        moving = output.state in MOVING
+        if output.command is not None:
+            rows, (safe, others) = self._messages, output.safe
+            self._commands.publish(rows.message(rows.row(self._joint, output.command, output.others)))
+            row = rows.row(self._joint, safe, others)
+            self._guard.beat(Beat(now, moving, output.lease_s if moving else 0.0, row, rows.joints))
         data = self._references.message(output, stamp)
         self._publisher.publish(data)
         self._record(self.topic, data, stamp)
         if output.state == "exciting":
             self._punctuality.add(now, late, skipped)
-        return output.state in MOVING
+        return moving
 
     @property
     def ticking(self) -> bool:

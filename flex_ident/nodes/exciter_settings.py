@@ -19,6 +19,7 @@ from flex_ident.excitation import ChirpSettings, ExciterSettings, Gains, Limits,
 from flex_ident.excitation.chirp import PROFILES, SWEEPS
 from flex_ident.excitation.commands import INTERFACES
 from flex_ident.excitation.limits import gravity_rest
+from flex_ident.nodes.command_messages import JOINTS
 from flex_ident.nodes.declared import declare, origin, refuse_unknown
 from flex_ident.nodes.usage import Usage
 
@@ -70,7 +71,7 @@ SETTINGS = (
 )  # fmt: skip
 START = "start_position"
 START_TEXT = "where the chirp starts: a number in rad, current, or gravity_rest (eq. 17, with mx and my)"
-JOINTS, TOPICS = "command.joints", "recording.topics"
+TOPICS = "recording.topics"
 NAME_LISTS = {
     JOINTS: ("joints in the order of the controller's; those that do not move are held; empty: the joint alone", [""]),
     TOPICS: ("further topics to record, byte for byte, of any installed type", ["/link_joint_states"]),

@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
@@ -92,6 +93,18 @@ class Rig:
             "joint": JOINT, "limits.position_min": -POSITION_LIMIT, "limits.position_max": POSITION_LIMIT,
             "limits.velocity": VELOCITY_LIMIT, **more,
         })  # fmt: skip
+
+    def robot(self, **more: Any) -> None:
+        """The robot of somebody else, with stand-ins for ros2_control's controllers."""
+        given = {"limit": POSITION_LIMIT, "speed": VELOCITY_LIMIT, "truth": str(self.folder / "truth"), **more}
+        command = [sys.executable, str(Path(__file__).parent / "robot.py"), json.dumps(given)]
+        with self.log("robot").open("ab") as out:
+            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out)
+
+    def truth(self, joints: int = 2) -> np.ndarray:
+        """What the robot's joints really did: time, s, then positions, speeds and efforts, one row each instant."""
+        rows = [line.split() for line in (self.folder / "truth").read_text().splitlines()]
+        return np.array([row for row in rows if len(row) == 1 + 3 * joints], float)
 
     def exciter(self, **more: Any) -> None:
         """An exciter that waits for ~/start unless told otherwise."""

@@ -1,0 +1,217 @@
+"""A robot written by somebody else: drives, joint states, and stand-ins for ros2_control's two controllers.
+
+What was measured on ros2_control 4.46 is so here: a command stands until the next one comes, there is no timeout;
+commands are taken best effort; a forward command goes to the joints in the controller's order, whatever the sender
+meant, and its size alone is checked; a trajectory that does not name all joints is rejected unless the controller
+allows that; an inactive controller keeps its subscription and ignores what comes. Run as a process:
+`python robot.py '{"key": value}'`, keys as in `Robot`. What the joints really do goes to the file `truth`, a line each
+millisecond or so: time, s, of the steady clock, then position, speed and effort of each joint.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, String
+from trajectory_msgs.msg import JointTrajectory
+
+INERTIA, DAMPING, GRAVITY = 1.0, 8.0, 2.0
+"""Of each joint under effort commands: kg m^2, N m s/rad, N m that a joint at rest must be held with."""
+POSITION_S, VELOCITY_S = 0.01, 0.005
+"""Time constants of the position and the velocity drives."""
+NOISE = 1e-5
+LONGEST_STEP_S = 0.05
+
+
+@dataclass
+class Robot:
+    """How the robot is; `joints` in the order of the joint states, `controlled` in the controller's."""
+
+    joints: list[str] = field(default_factory=lambda: ["shoulder", "elbow"])
+    controlled: list[str] = field(default_factory=lambda: ["shoulder", "elbow"])
+    positions: list[float] = field(default_factory=lambda: [0.5, 0.0])
+    interface: str = "position"
+    controller: str = "forward_position_controller"
+    trajectory: bool = False
+    partial: bool = False
+    active: bool = True
+    rate_hz: float = 500.0
+    limit: float = 0.4
+    speed: float = 2.0
+    most_effort: float = 60.0
+    kind: str = "revolute"
+    wraps: bool = False
+    efforts: bool = True
+    description: str = "latched"
+    extra: str = ""
+    """Further XML in the joint that moves."""
+    namespace: str = ""
+    truth: str = ""
+
+
+class Controller:
+    """One of ros2_control's controllers as the network sees it."""
+
+    def __init__(self, robot: Robot, plant: Plant) -> None:
+        self._robot, self._plant = robot, plant
+        self.node = Node(robot.controller, namespace=robot.namespace)
+        self.node.declare_parameter("joints", robot.controlled)
+        best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+        if robot.trajectory:
+            self.node.declare_parameter("command_interfaces", [robot.interface])
+            self.node.declare_parameter("allow_partial_joints_goal", robot.partial)
+            self.node.declare_parameter("interpolate_from_desired_state", False)
+            self.node.create_subscription(JointTrajectory, "~/joint_trajectory", self._trajectory, best_effort)
+        else:
+            self.node.declare_parameter("interface_name", robot.interface)
+            self.node.create_subscription(Float64MultiArray, "~/commands", self._forward, best_effort)
+
+    def _forward(self, message: Float64MultiArray) -> None:
+        if self._robot.active and len(message.data) == len(self._robot.controlled):
+            for joint, value in zip(self._robot.controlled, message.data, strict=True):
+                self._plant.command(joint, value)
+
+    def _trajectory(self, message: JointTrajectory) -> None:
+        missing = set(self._robot.controlled) - set(message.joint_names)
+        unknown = set(message.joint_names) - set(self._robot.controlled)
+        if not self._robot.active or unknown or (missing and not self._robot.partial):
+            return
+        for joint, value in zip(message.joint_names, message.points[-1].positions, strict=True):
+            self._plant.command(joint, value)
+
+
+class Plant:
+    """The joints and their drives."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        n = len(robot.joints)
+        self.position = np.array(robot.positions, float)
+        self.velocity = np.zeros(n)
+        self.effort = np.full(n, GRAVITY)
+        self._commands = {
+            "position": self.position.copy(), "velocity": np.zeros(n), "effort": np.full(n, GRAVITY)
+        }[robot.interface]  # fmt: skip
+
+    def command(self, joint: str, value: float) -> None:
+        """Take a command, which stands until another comes."""
+        if math.isfinite(value):
+            self._commands[self._robot.joints.index(joint)] = value
+
+    def step(self, dt: float) -> None:
+        """Let time pass."""
+        before = self.position.copy()
+        if self._robot.interface == "position":
+            self.position += (self._commands - self.position) * (1.0 - math.exp(-dt / POSITION_S))
+            self.velocity = (self.position - before) / dt
+            self.effort = GRAVITY + DAMPING * self.velocity
+        elif self._robot.interface == "velocity":
+            self.velocity += (self._commands - self.velocity) * (1.0 - math.exp(-dt / VELOCITY_S))
+            self.position += self.velocity * dt
+            self.effort = GRAVITY + DAMPING * self.velocity
+        else:
+            self.effort = np.clip(self._commands, -self._robot.most_effort, self._robot.most_effort)
+            self.velocity += (self.effort - GRAVITY - DAMPING * self.velocity) / INERTIA * dt
+            self.position += self.velocity * dt
+
+
+class Driver:
+    """Joint states, the robot's description, and the faults that both can have."""
+
+    def __init__(self, robot: Robot, plant: Plant) -> None:
+        self._robot, self._plant = robot, plant
+        self.node = Node("robot", namespace=robot.namespace)
+        self.node.declare_parameter("fault", "none")
+        self.node.add_on_set_parameters_callback(self._on_parameters)
+        self._states = self.node.create_publisher(JointState, "joint_states", 10)
+        self._random = np.random.default_rng(0)
+        self.fault = "none"
+        self._frozen: np.ndarray | None = None
+        if robot.description != "none":
+            latched = robot.description == "latched"
+            kept = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+            self._description = self.node.create_publisher(
+                String, "robot_description", QoSProfile(depth=1, durability=kept)
+            )
+            self._description.publish(String(data=self._urdf()))
+
+    def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            self.fault = str(parameter.value)
+            self._robot.active = self.fault != "inactive"
+        return SetParametersResult(successful=True)
+
+    def _urdf(self) -> str:
+        r = self._robot
+        limit = f'<limit lower="{-r.limit}" upper="{r.limit}" velocity="{r.speed}" effort="{r.most_effort}"/>'
+        joints = "".join(f'<joint name="{j}" type="{r.kind}">{limit}{r.extra}</joint>' for j in r.joints)
+        return f'<robot name="r">{joints}</robot>'
+
+    def publish(self) -> None:
+        """The joints as the robot says they are."""
+        r, p = self._robot, self._plant
+        if self.fault == "stop":
+            return
+        read = np.stack([p.position, p.velocity, p.effort])
+        read += NOISE * self._random.standard_normal(read.shape)
+        if r.wraps:
+            read[0] = np.remainder(read[0] + math.pi, math.tau) - math.pi
+        self._frozen = (read if self._frozen is None else self._frozen) if self.fault == "freeze" else None
+        read = read if self._frozen is None else self._frozen
+        if self.fault == "nan":
+            read = read * math.nan
+        elif self.fault == "jump":
+            read = read + np.array([[0.3], [0.0], [0.0]])
+        elif self.fault == "wrap":
+            read = read - np.array([[math.tau], [0.0], [0.0]])
+        names = r.joints if self.fault != "lose_joint" else r.joints[:1]
+        message = JointState(name=names)
+        message.header.stamp = self.node.get_clock().now().to_msg()
+        message.position, message.velocity = (read[k, : len(names)].tolist() for k in (0, 1))
+        if r.efforts:
+            message.effort = read[2, : len(names)].tolist()
+        self._states.publish(message)
+
+
+def main() -> None:
+    """Run the robot until the process is ended."""
+    robot = Robot(**json.loads(sys.argv[1]))
+    rclpy.init()
+    plant = Plant(robot)
+    driver, controller = Driver(robot, plant), Controller(robot, plant)
+    executor = SingleThreadedExecutor()
+    executor.add_node(driver.node)
+    executor.add_node(controller.node)
+    period = 1.0 / robot.rate_hz
+    with Path(robot.truth).open("w", buffering=1) as truth:
+        before = published = time.monotonic()
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=0.5 * period)
+            now = time.monotonic()
+            if now - before < 5e-4:
+                continue
+            plant.step(min(now - before, LONGEST_STEP_S))
+            before = now
+            row: list[Any] = [now, *plant.position, *plant.velocity, *plant.effort]
+            truth.write(" ".join(f"{float(value):.7g}" if k else f"{now:.6f}" for k, value in enumerate(row)) + "\n")
+            if now - published >= period:
+                published = max(published + period, now - 5.0 * period)
+                driver.publish()
+
+
+if __name__ == "__main__":
+    main()
