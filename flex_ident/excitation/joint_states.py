@@ -108,7 +108,7 @@ class JointStateWatch:
             way = math.nan if now is None or then is None else now - then
             if math.isfinite(way) and abs(way) > most:
                 wraps = abs(abs(way) - math.tau) <= most
-                turn = ", a whole turn: it wraps, and /robot_description does not say that it is continuous"
+                turn = ", a whole turn: it wraps, and robot_description does not say that it is continuous"
                 return (
                     f"the position of {whose} jumps by {way:+.3g} rad in {1e3 * passed:.0f} ms, where "
                     f"{self._velocity_limit:.3g} rad/s are allowed{turn if wraps else ''}"

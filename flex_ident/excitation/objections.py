@@ -38,9 +38,7 @@ def _open(s: ExciterSettings, limits: Limits) -> str:
     """Limits without which nothing moves and that neither parameters nor URDF give."""
     needed = ("position_min", "position_max", "velocity", *(("effort",) if s.interface == "effort" else ()))
     missing = ", ".join(f"limits.{name}" for name in needed if not math.isfinite(getattr(limits, name)))
-    return (
-        f"{missing} not known, neither from the parameters nor from /robot_description: give them." if missing else ""
-    )
+    return f"{missing} not known, neither from the parameters nor from robot_description: give them." if missing else ""
 
 
 def _moving(s: ExciterSettings, sample: JointSample, watch: JointStateWatch) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
@@ -28,7 +29,7 @@ from flex_ident.nodes.exciter_state import StateReports
 from flex_ident.nodes.joint_messages import JOINT_STATE, joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.robot_description import RobotDescription, exciter_within
-from flex_ident.nodes.running import quick_executor, run_node
+from flex_ident.nodes.running import run_node
 
 HOUSEKEEPING_S = 0.1
 SWITCH_S = 2e-4
@@ -221,6 +222,7 @@ class ChirpExciter(Node):
         with self._lock:
             self.run.stop("the node ends")
         self._commander.end()
+        self._recording.raw.stop()
         self._commands.guard.end()
         self._recording.close()
 
@@ -232,7 +234,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.setswitchinterval(SWITCH_S)
         gc.collect()
         gc.freeze()  # what is there stays: collections while a robot moves are short
-        executor = quick_executor()
+        executor = SingleThreadedExecutor()
         executor.add_node(node)
         try:
             while not node.run.ending:

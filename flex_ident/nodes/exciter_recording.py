@@ -13,7 +13,8 @@ from flex_ident import __version__
 from flex_ident.excitation import Limits
 from flex_ident.nodes.exciter_settings import TOPICS
 from flex_ident.nodes.joint_messages import JOINT_STATE
-from flex_ident.nodes.recorder import RawTopics, Recorder, opened_recorder
+from flex_ident.nodes.raw_topics import RawTopics
+from flex_ident.nodes.recorder import Recorder, opened_recorder
 
 
 class RunRecording:
@@ -25,7 +26,6 @@ class RunRecording:
         self.raw = RawTopics(node)
         self.path: Path | None = None
         self._recorder: Recorder | None = None
-        self._lost_before = 0
 
     def open(self, values: dict[str, Any], limits: Limits) -> None:
         """Open a bag, unless none is wanted. Raises FlexIdentError."""
@@ -38,11 +38,12 @@ class RunRecording:
             "flex_ident_parameters": json.dumps(values),
             "flex_ident_limits": json.dumps({k: str(v) for k, v in vars(limits).items()}),
         }
-        recorder = opened_recorder(self._node, Path(directory), values, information, values[TOPICS], self._own)
+        recorder = opened_recorder(
+            self._node, self.raw, Path(directory), values, information, values[TOPICS], self._own
+        )  # fmt: skip
         for topic in self._own:
             recorder.announce(topic, JOINT_STATE)
         recorder.find_topics()
-        self._lost_before = self.raw.lost
         self._recorder, self.path = recorder, recorder.bag.path
         if recorder.unpublished:
             self._node.get_logger().warning(f"not received so far: {recorder.unpublished}")
@@ -68,9 +69,12 @@ class RunRecording:
             recorder.bag.write(topic, stamp_ns, data)
 
     def find_topics(self) -> None:
-        """Subscribe to what has appeared of the topics wanted."""
+        """Subscribe to what has appeared of the topics wanted, and say what stops or thins out."""
+        self.raw.follow()
         if self._recorder is not None:
             self._recorder.find_topics()
+            for change in self._recorder.changes():
+                self._node.get_logger().warning(change)
 
     def close(self) -> str:
         """Close the bag and say what is in it; why recording ended early, empty when it did not."""
@@ -79,7 +83,7 @@ class RunRecording:
             return ""
         recorder.close()
         log = self._node.get_logger()
-        lost = recorder.lost + self.raw.lost - self._lost_before
+        lost = recorder.lost
         failure = recorder.bag.failure
         told = f"recorded {recorder.bag.messages} messages to {self.path}, "
         if failure:
@@ -88,6 +92,7 @@ class RunRecording:
             log.warning(f"{told}{lost} lost")
         else:
             log.info(f"{told}0 lost")
+        log.info(recorder.paces())
         if recorder.silent:
             log.warning(f"not in the recording: {recorder.silent}")
         return failure

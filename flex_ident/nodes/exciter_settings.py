@@ -29,7 +29,7 @@ FIXED_SETTINGS = (
     Setting("auto_start", False, "start as soon as everything is ready"),
     Setting("exit_when_done", True, "end the node when the chirp is over"),
     Setting("command.type", "forward_command", "which controller takes the commands", choices=COMMAND_TYPES),
-    Setting("command.topic", "/forward_position_controller/commands", "where commands go"),
+    Setting("command.topic", "forward_position_controller/commands", "where commands go"),
 )
 SETTINGS = (
     Setting("joint", "", "the joint that moves; all others hold"),
@@ -64,7 +64,7 @@ SETTINGS = (
     Setting("limits.tracking_error", 0.2, "largest distance between reference and position, rad", lower=1e-6,
             upper=UNLIMITED),
     Setting("limits.state_timeout_s", 0.1, "oldest joint state that counts, s", lower=1e-3, upper=10.0),
-    Setting("limits.require_urdf", False, "refuse to move without /robot_description, whatever limits are given"),
+    Setting("limits.require_urdf", False, "refuse to move without robot_description, whatever limits are given"),
     Setting("recording.directory", "flex_ident_recordings", "where the bag is written; empty: no recording"),
     Setting("recording.storage", "mcap", "format of the bag", choices=("mcap", "sqlite3")),
     Setting("recording.least_free_mib", 200.0, "free space below which nothing is recorded, MiB", lower=1.0, upper=1e6),
@@ -74,7 +74,7 @@ START_TEXT = "where the chirp starts: a number in rad, current, or gravity_rest 
 TOPICS = "recording.topics"
 NAME_LISTS = {
     JOINTS: ("joints in the order of the controller's; those that do not move are held; empty: the joint alone", [""]),
-    TOPICS: ("further topics to record, byte for byte, of any installed type", ["/link_joint_states"]),
+    TOPICS: ("further topics to record, byte for byte, of any installed type", ["link_joint_states"]),
 }
 POSITION_GAINS, VELOCITY_GAINS = "command.hold_position_gains", "command.hold_velocity_gains"
 NUMBER_LISTS = {

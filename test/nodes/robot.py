@@ -13,10 +13,10 @@ from __future__ import annotations
 import json
 import math
 import sys
+import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rclpy
@@ -34,7 +34,7 @@ INERTIA, DAMPING, GRAVITY = 1.0, 8.0, 2.0
 POSITION_S, VELOCITY_S = 0.01, 0.005
 """Time constants of the position and the velocity drives."""
 NOISE = 1e-5
-LONGEST_STEP_S = 0.05
+STEP_S, LONGEST_STEP_S = 1e-3, 0.05
 
 
 @dataclass
@@ -196,21 +196,29 @@ def main() -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(driver.node)
     executor.add_node(controller.node)
+    # The drives have a thread of their own: who publishes to a process that is stopped may be held up with it.
+    threading.Thread(target=drive, args=(plant, Path(robot.truth)), daemon=True).start()
     period = 1.0 / robot.rate_hz
-    with Path(robot.truth).open("w", buffering=1) as truth:
-        before = published = time.monotonic()
-        while rclpy.ok():
-            executor.spin_once(timeout_sec=0.5 * period)
+    published = time.monotonic()
+    while rclpy.ok():
+        executor.spin_once(timeout_sec=0.5 * period)
+        now = time.monotonic()
+        if now - published >= period:
+            published = max(published + period, now - 5.0 * period)
+            driver.publish()
+
+
+def drive(plant: Plant, path: Path) -> None:
+    """Let time pass for the joints, and write down what they do."""
+    before = time.monotonic()
+    with path.open("w", buffering=1) as truth:
+        while True:
+            time.sleep(STEP_S)
             now = time.monotonic()
-            if now - before < 5e-4:
-                continue
             plant.step(min(now - before, LONGEST_STEP_S))
             before = now
-            row: list[Any] = [now, *plant.position, *plant.velocity, *plant.effort]
-            truth.write(" ".join(f"{float(value):.7g}" if k else f"{now:.6f}" for k, value in enumerate(row)) + "\n")
-            if now - published >= period:
-                published = max(published + period, now - 5.0 * period)
-                driver.publish()
+            row = [*plant.position, *plant.velocity, *plant.effort]
+            truth.write(f"{now:.6f} " + " ".join(f"{float(value):.7g}" for value in row) + "\n")
 
 
 if __name__ == "__main__":

@@ -6,62 +6,15 @@ import os
 import signal
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="needs rclpy")
-from rig import JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig, rig
+from rig import JOINT, rig
+from stand_in import KINDS, TOPIC, exciting, guard_pid, ready, stands
 
 pytestmark = pytest.mark.ros
-TOPIC = "/forward_position_controller/commands"
-KINDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "position": ({"interface": "position"}, {"command.topic": TOPIC}),
-    "velocity": ({"interface": "velocity"}, {"command.topic": TOPIC, "command.interface": "velocity"}),
-    "effort": (
-        {"interface": "effort"},
-        {"command.topic": TOPIC, "command.interface": "effort", "command.position_gain": 300.0,
-         "command.velocity_gain": 30.0, "command.hold_position_gains": [300.0], "command.hold_velocity_gains": [30.0]},
-    ),
-    "trajectory": (
-        {"trajectory": True, "controller": "joint_trajectory_controller"},
-        {"command.topic": "/joint_trajectory_controller/joint_trajectory", "command.type": "joint_trajectory"},
-    ),
-}  # fmt: skip
-STOPPED = 0.02
-"""Speed, rad/s, below which a joint stands still."""
-
-
-def exciting(made: Rig, kind: str, *, robot: dict[str, Any] | None = None, **parameters: Any) -> None:
-    """A joint of the robot in mid-chirp."""
-    its, ours = KINDS[kind]
-    made.robot(**{**its, **(robot or {})})
-    made.exciter(**{"command.joints": ["shoulder", JOINT], **ours, **parameters})
-    refusal = made.start_exciting()
-    assert not refusal, refusal
-    assert made.until("exciting"), made.output("chirp_exciter")
-    made.spin(1.3)
-
-
-def guard_pid(made: Rig) -> int:
-    """The process that guards the exciter."""
-    parent = made.processes["chirp_exciter"].pid
-    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
-    assert len(children) == 1, children
-    return int(children[0])
-
-
-def stands(made: Rig, since: float) -> np.ndarray:
-    """The truth since an instant, of a joint that must have come to rest without leaving its limits."""
-    truth = made.truth()
-    assert np.abs(truth[:, 2]).max() <= POSITION_LIMIT
-    assert np.abs(truth[:, 4]).max() <= VELOCITY_LIMIT
-    assert np.abs(truth[:, 1] - 0.5).max() < 0.02, "the other joint has moved"
-    after = truth[truth[:, 0] > since]
-    end = after[after[:, 0] > after[-1, 0] - 0.3]
-    assert np.abs(end[:, 4]).max() < STOPPED, "it still moves"
-    return after
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -115,11 +68,7 @@ def test_the_call_that_starts_says_who_guards(tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.robot()
         made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC})
-        end = time.monotonic() + 20.0
-        while "all that it needs is there" not in made.output("chirp_exciter"):
-            assert time.monotonic() < end, made.output("chirp_exciter")
-            made.spin(0.2)
-        made.spin(0.5)
+        ready(made)
         success, message = made.call("/chirp_exciter/start")
         assert success, message
         assert f"process {guard_pid(made)} stops the joint should this node die" in message
