@@ -72,7 +72,7 @@ class Exciter:
         self._progress = 0.0
         self._yielding = False
         self._yield_travel: Travel | None = None
-        self._following = Following(math.inf)
+        self._following = Following(0.0)
         self._after: State = "done"
 
     @property
@@ -200,7 +200,7 @@ class Exciter:
         elif moved := self._moved_away(sample):
             self._ramp_down(moved, "aborted")
         elif self.state == "exciting":
-            why = self._following.fault(position, sample.position)
+            why = self._following.fault(now, *self._last, sample.position)
             if why:
                 self._ramp_down(why, "aborted")
 
@@ -231,7 +231,7 @@ class Exciter:
             if here is None:
                 self.state, self._began = "exciting", now
                 self._watch.begin(now)
-                self._following = Following(self.reference.bounds.high - self.reference.bounds.low)
+                self._following = Following(now)
             elif now > self._travel.end + SETTLING_S:
                 goal = f"the start position {self._center:.4g} rad"
                 why = f"{goal} was not reached: at {here:.4g} rad after {SETTLING_S:g} s"

@@ -62,12 +62,15 @@ class Guarding:
         """No more heartbeats will come."""
         self._gone = True
 
+    def overdue(self, now: float) -> bool:
+        """Whether something moves that nobody commands."""
+        beat = self._beat
+        return beat is not None and beat.armed and (self._gone or now - beat.sent > beat.lease_s)
+
     def due(self, now: float) -> Beat | None:
         """The beat whose row is to be commanded at this instant; None: nothing is."""
         beat = self._beat
-        if beat is None or not beat.armed:
-            return None
-        if self._taken_at is None and not self._gone and now - beat.sent <= beat.lease_s:
+        if beat is None or not self.overdue(now):
             return None
         if self._taken_at is None:
             self._taken_at = now

@@ -23,6 +23,7 @@ from flex_ident.excitation.surroundings import Surroundings
 from flex_ident.nodes.command_messages import command_messages
 from flex_ident.nodes.command_topic import CommandTopic
 from flex_ident.nodes.commander import Commander
+from flex_ident.nodes.controller_parameters import ControllerParameters
 from flex_ident.nodes.exciter_recording import RunRecording
 from flex_ident.nodes.exciter_settings import USAGE, Experiment, declare_all, experiment
 from flex_ident.nodes.exciter_state import StateReports
@@ -46,7 +47,7 @@ class ChirpExciter(Node):
         super().__init__("chirp_exciter")
         declare_all(self)
         self._lock = threading.RLock()
-        self._experiment = experiment(self)
+        self._given = self._experiment = experiment(self)
         values = self._experiment.values
         exciter, self._limits_problem = exciter_within(self._experiment, None)
         self._outdated = False
@@ -54,6 +55,7 @@ class ChirpExciter(Node):
         auto_start, exits = values["auto_start"], values["exit_when_done"]
         self.run = Run(exciter, auto_start=auto_start, exit_when_done=exits, now=time.monotonic())
         self._commands = CommandTopic(self, values)
+        self._controller = ControllerParameters(self, self._commands.name)
         self._commander = Commander(self, self._commands, self._step, lambda *written: self._recording.write(*written))
         self._reports = StateReports(self)
         self._states_topic = self.resolve_topic_name("joint_states")
@@ -72,8 +74,8 @@ class ChirpExciter(Node):
     def _take(self, found: Experiment) -> None:
         with self._lock:
             self._outdated = False
-            self._experiment = found
-            exciter, self._limits_problem = exciter_within(found, self._description.text)
+            self._given, self._experiment = found, Experiment(self._controller.completed(found.values))
+            exciter, self._limits_problem = exciter_within(self._experiment, self._description.text)
             self.run.take(exciter)
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
@@ -95,7 +97,7 @@ class ChirpExciter(Node):
             if self.run.phase == "moving":
                 self.run.stop(f"{self._description.topic} has changed")
             if not self._outdated:
-                self._take(self._experiment)
+                self._take(self._given)
         if self._limits_problem:
             self.get_logger().warning(self._limits_problem)
 
@@ -104,7 +106,7 @@ class ChirpExciter(Node):
     def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         now = time.monotonic()
         if self._outdated and not self.run.busy:
-            self._take(self._experiment)
+            self._take(self._given)
             why = f"{self._description.topic} has changed, and its limits with it: call again."
         else:
             with self._lock:
@@ -125,6 +127,7 @@ class ChirpExciter(Node):
 
     def _surroundings(self) -> Surroundings:
         """What is seen around the node now."""
+        self._controller.look()
         guard_problem = self._commands.guard.problem(moving=self.run.phase == "moving")
         return Surroundings(
             self._commands.name, self._states_topic, self._description.topic,
@@ -132,6 +135,7 @@ class ChirpExciter(Node):
             states_published=bool(self._states_type), description=self._description.state(),
             description_required=bool(self._experiment.values["limits.require_urdf"]),
             open_limits=self._experiment.open_limits, limits_problem=self._limits_problem,
+            controller_problem=self._controller.problem(self._experiment.values),
             recording_failure=self._recording.failure, guard_problem=guard_problem,
         )  # fmt: skip
 
@@ -172,7 +176,10 @@ class ChirpExciter(Node):
         if not self._states_type:
             self._states_type = self._recording.raw.subscribe(self._states_topic, self._on_state)
         self._recording.find_topics()
+        self._controller.look()
         with self._lock:
+            if not self.run.busy and self._controller.completed(self._given.values) != self._experiment.values:
+                self._take(self._given)
             self.run.watch(time.monotonic(), self._surroundings)
         if self.run.phase == "opening":
             self._open()
@@ -182,7 +189,7 @@ class ChirpExciter(Node):
                 self.run.cannot_command(why)
         if self.run.phase == "closing" and not self._commander.ticking:
             self._close()
-        self._say()
+        self._reports.say(self.run.notes())
 
     def _close(self) -> None:
         """Close the recording, say how it went, and end if asked to."""
@@ -192,13 +199,6 @@ class ChirpExciter(Node):
         with self._lock:
             self.run.closed(failure)
         self._publish_state()
-
-    def _say(self) -> None:
-        for level, text in self.run.notes():
-            if level == "stderr":
-                print(f"chirp_exciter: {text}", file=sys.stderr, flush=True)
-            else:
-                getattr(self.get_logger(), level)(text.replace("~/", f"{self.get_fully_qualified_name()}/"))
 
     def _publish_state(self) -> None:
         with self._lock:
@@ -215,7 +215,7 @@ class ChirpExciter(Node):
         """Ramp down if anything moves, then end."""
         with self._lock:
             self.run.interrupt(why)
-        self._say()
+        self._reports.say(self.run.notes())
 
     def end(self) -> None:
         """Ramp down what still moves and close the bag, whatever state they are in."""

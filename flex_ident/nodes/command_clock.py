@@ -85,11 +85,7 @@ class CommandClock:
             self._thread.join(timeout_s)
 
     def _run(self) -> None:
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-            self.real_time = True
-        except (OSError, AttributeError):
-            pass  # an ordinary user may not: jitter is measured and reported either way
+        self.real_time = real_time()
         try:
             self._tick_on()
         except Exception as error:
@@ -107,6 +103,18 @@ class CommandClock:
             k += 1 + skipped
             if not self._tick(now, now - due, skipped):
                 return
+
+
+def real_time() -> bool:
+    """Give this thread real-time priority where the system allows it; whether it did.
+
+    An ordinary user may not: jitter is measured and reported either way.
+    """
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except (OSError, AttributeError):
+        return False
+    return True
 
 
 class RosTime:

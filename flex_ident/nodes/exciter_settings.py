@@ -120,9 +120,12 @@ def declare_all(node: Node) -> None:
     node.declare_parameter(START, "current", ParameterDescriptor(description=START_TEXT, dynamic_typing=True))
     for key, (text, default) in NAME_LISTS.items():
         given = node._parameter_overrides.get(key)
-        if given is not None and given.type_ != Parameter.Type.STRING_ARRAY:
+        empty = given is not None and given.type_ == Parameter.Type.NOT_SET
+        if empty:
+            node._parameter_overrides.pop(key)
+        elif given is not None and given.type_ != Parameter.Type.STRING_ARRAY:
             raise ConfigurationError(f"{origin(node, key)}: {key} is {given.value!r}: expected a list of texts.")
-        node.declare_parameter(key, default, ParameterDescriptor(description=text))
+        node.declare_parameter(key, [""] if empty else default, ParameterDescriptor(description=text))
     for key, text in NUMBER_LISTS.items():
         node.declare_parameter(key, None, ParameterDescriptor(description=text, dynamic_typing=True))
     refuse_unknown(node)

@@ -20,6 +20,7 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from flex_ident.excitation.guarding import Beat, Guarding
+from flex_ident.nodes.command_clock import real_time
 from flex_ident.nodes.command_messages import CommandMessages
 
 READY, TAKEN = "ready", "taken over"
@@ -65,8 +66,11 @@ class Guard:
             if listened != self._listened:
                 self._listened = listened
                 say(f"{READY} {self._mark()}" if listened else "nobody listens")
-            self._wait()
-            beat = self._rules.due(time.monotonic())
+            self._take(min(LOOK_S, self._rules.wait_s(time.monotonic())))
+            now = time.monotonic()
+            if self._rules.overdue(now):
+                self._take(0.0)  # who was held up itself has beats waiting
+            beat = self._rules.due(now)
             if beat is not None:
                 self._send(beat)
             self._told = self._told and self._rules.taken_over
@@ -76,10 +80,9 @@ class Guard:
         infos = self._node.get_publishers_info_by_topic(self._publisher.topic_name)
         return next((bytes(i.endpoint_gid).hex() for i in infos if i.node_name == self._post.name), "")
 
-    def _wait(self) -> None:
+    def _take(self, wait_s: float) -> None:
         """Take heartbeats as they come."""
-        wait = min(LOOK_S, self._rules.wait_s(time.monotonic()))
-        readable, _, _ = select.select([0], [], [], wait)
+        readable, _, _ = select.select([0], [], [], wait_s)
         if not readable:
             return
         data = os.read(0, PIPE_BYTES)
@@ -119,6 +122,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Guard the exciter that started this process; its one argument is the post as JSON."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+    real_time()
     given: dict[str, Any] = json.loads((sys.argv[1:] if arguments is None else arguments)[0])
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:

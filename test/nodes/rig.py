@@ -34,6 +34,8 @@ CHIRP = {
     "chirp.profile": "constant_velocity",
 }  # fmt: skip
 COMMANDS = "/forward_position_controller/commands"
+DOMAIN = os.environ.get("ROS_DOMAIN_ID")
+"""Without one each experiment has its own."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -231,7 +233,7 @@ class Rig:
 def rig(folder: Path) -> Iterator[Rig]:
     """A rig in a DDS domain of its own, on loopback."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    os.environ["ROS_DOMAIN_ID"] = str(1 + (os.getpid() + int(time.monotonic())) % 100)
+    os.environ["ROS_DOMAIN_ID"] = DOMAIN or str(1 + (os.getpid() + int(time.monotonic())) % 100)
     rclpy.init()
     made = Rig(folder)
     try:

@@ -71,14 +71,10 @@ def test_a_file_of_which_no_section_applies_is_refused(
     node: str, more: list[str], section: str, taken: bool, tmp_path: Path
 ) -> None:
     file = tmp_path / "a.yaml"
-    file.write_text(
-        f"{section}:\n  ros__parameters:\n    rate_hz: 1.0\n"
-        if taken
-        else f"{section}:\n  ros__parameters:\n    joint: a\n"
-    )
+    file.write_text(f"{section}:\n  ros__parameters:\n    {'rate_hz: 1.0' if taken else 'joint: a'}\n")
+    command = [sys.executable, "-m", "flex_ident.nodes", node, "--ros-args", "-p", "joint:=a"]
     done = subprocess.run(
-        [sys.executable, "-m", "flex_ident.nodes", node, "--ros-args", "-p", "joint:=a", *more, "--params-file", str(file)],
-        capture_output=True, text=True, timeout=60,
+        [*command, *more, "--params-file", str(file)], capture_output=True, text=True, timeout=60
     )  # fmt: skip
     assert done.returncode == 2
     assert ("rate_hz is 1.0" if taken else f"{file}: no section applies to /") in done.stderr

@@ -49,4 +49,4 @@ def test_a_joint_without_end_is_excited_across_the_wrap_of_its_reading(kind: str
         assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
         made.spin(0.3)
         stands(made, at, start=start)
-        assert made.truth()[:, 2].max() > math.pi + 0.05
+        assert made.truth()[:, 2].max() > math.pi + 0.01
