@@ -7,8 +7,6 @@ the commanded position and speed stay inside the limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.excitation.chirp import Reference
@@ -19,11 +17,10 @@ from flex_ident.excitation.joint_states import JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, Travel, braking, travel
 from flex_ident.excitation.objections import STILL, start_objection
+from flex_ident.excitation.output import MOVING, Output, State
 from flex_ident.excitation.settings import ExciterSettings
 from flex_ident.excitation.turns import Turns
 
-State = Literal["idle", "moving_to_start", "exciting", "ramping_down", "done", "aborted"]
-MOVING: tuple[State, ...] = ("moving_to_start", "exciting", "ramping_down")
 SETTLING_S = 2.0
 """Time after the way to the start pose in which the joint must arrive."""
 EFFORT_MARGIN = 1.05
@@ -36,26 +33,6 @@ if that is more, and at most the third of the limit: the joint overshoots, and a
 On the way to a position, which nobody measures, the second of that way's highest speed."""
 YIELD = 2.0
 """The reference yields to a joint that is held off it by up to this many tracking errors."""
-
-
-@dataclass(frozen=True)
-class Output:
-    """What to do now: `command` and those of the `others` in the interface's unit, None: command nothing.
-
-    `position`, rad, and `velocity`, rad/s, are the reference's; `progress` of the chirp is 0 to 1.
-    """
-
-    state: State
-    command: float | None
-    others: tuple[float, ...]
-    position: float
-    velocity: float
-    progress: float
-    reason: str
-    safe: tuple[float, tuple[float, ...]] = (0.0, ())
-    """What may be commanded for any length of time: of the joint and of the others."""
-    lease_s: float = math.inf
-    """How long the command may stand with nobody there to change it, s."""
 
 
 class Exciter:
@@ -74,6 +51,8 @@ class Exciter:
         self._yield_travel: Travel | None = None
         self._following = Following(0.0)
         self._after: State = "done"
+        self.largest_error = 0.0
+        """The largest tracking error of the run, rad."""
 
     @property
     def _approach_speed(self) -> float:
@@ -84,6 +63,10 @@ class Exciter:
         if self.state not in MOVING:
             self._turns.restart()
         self._watch.observe(self._turns.unwrapped(sample))
+
+    def recordable(self) -> str:
+        """Why what comes from the robot cannot be identified from; empty when it can."""
+        return self._watch.recordable(self.reference.highest_hz)
 
     # -- before it moves
 
@@ -110,7 +93,7 @@ class Exciter:
         self._travel = travel(now, sample.position, self._center, self._approach_speed)
         self._last, self._last_at = (sample.position, 0.0), now
         self._stream = CommandStream(law, now, sample.position, sample)
-        self._progress, self._yield_travel = 0.0, None
+        self._progress, self._yield_travel, self.largest_error = 0.0, None, 0.0
         self._watch.begin(now)
         self.state, self.reason = "moving_to_start", ""
         return ""
@@ -185,6 +168,7 @@ class Exciter:
         if sample is None or sample.position is None:
             return
         error = abs(sample.position - position)
+        self.largest_error = max(self.largest_error, error)
         if not limits.position_min <= sample.position <= limits.position_max:
             bounds = f"{limits.position_min:.4g} to {limits.position_max:.4g} rad"
             self._ramp_down(f"the position, {sample.position:.4g} rad, has left {bounds}", "aborted")

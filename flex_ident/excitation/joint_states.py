@@ -15,12 +15,16 @@ MOVED = 1e-3
 """Way of the reference, rad, on which living readings change."""
 MOVED_POSITION_ALONE = 5e-3
 """The same where the robot gives the position alone: friction and backlash may hold that for a while."""
+SMOOTHING = 0.02
+"""Weight of the latest in the mean period of the joint states."""
 REPEATED = "with the same stamp again and again: the driver repeats itself"
 LIVING = "though their stamps go on: the controller is not active or refuses the commands, or the driver is stuck"
 SUSPECT_S = 0.06
 """Time after which readings that never change, or do not come, are no feedback any more, long before it is a fault."""
 PERIODS = 3.0
 """The same for readings that do not come, in their own periods, where that is more."""
+LEAST_SAMPLES = 2.5
+"""Joint states that a period of the highest frequency needs."""
 OTHER_CLOCK_S = 10.0
 """Age from which stamps are not of the same clock at all."""
 IMPOSSIBLE, UNEVEN_S, JITTER = 3.0, 0.01, 5e-3
@@ -85,7 +89,8 @@ class JointStateWatch:
             return
         passed = sample.stamp - before.stamp
         self._repeated = passed == 0.0
-        self._period = 0.9 * self._period + 0.1 * max(0.0, min(passed, self.timeout_s))
+        if 0.0 <= passed <= OTHER_CLOCK_S:
+            self._period += SMOOTHING * (passed - self._period) if self._period else passed
         self._delay = min(self._delay, sample.received - sample.stamp)
         self._jump = self._jump or self._time_jump(sample, before) or self._position_jump(sample, before)
         pairs = ((sample.position, before.position), (sample.velocity, before.velocity), (sample.effort, before.effort))
@@ -114,6 +119,25 @@ class JointStateWatch:
                     f"{self._velocity_limit:.3g} rad/s are allowed{turn if wraps else ''}"
                 )
             whose = "a joint that shall hold"
+        return ""
+
+    def recordable(self, highest_hz: float) -> str:
+        """Why what comes cannot be identified from, for a motion up to that frequency; empty when it can."""
+        sample = self._sample
+        if sample is None:
+            return ""
+        if math.isnan(sample.effort):
+            return (
+                f"the joint states hold no effort of '{self.joint}', without which nothing is identified: have the "
+                "driver publish it, or set recording.require_effort false where another recorded topic holds it."
+            )
+        rate_hz = 1.0 / self._period if self._period > 0.0 else math.inf
+        if rate_hz < LEAST_SAMPLES * highest_hz:
+            needed_hz, most_hz = LEAST_SAMPLES * highest_hz, rate_hz / LEAST_SAMPLES
+            return (
+                f"the joint states come at {rate_hz:.0f} Hz, a chirp up to {highest_hz:g} Hz needs {needed_hz:.0f} Hz: "
+                f"reduce chirp.end_frequency_hz to {most_hz:.3g}, or have the driver publish faster."
+            )
         return ""
 
     def distrust(self) -> None:

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
-from flex_ident.excitation.exciter import MOVING, Exciter, Output
+from flex_ident.excitation.exciter import Exciter
 from flex_ident.excitation.joint_states import JointSample
+from flex_ident.excitation.output import MOVING, Output
 from flex_ident.excitation.surroundings import Surroundings
 
 Phase = Literal["idle", "opening", "pending", "moving", "closing"]
@@ -45,7 +46,7 @@ class Run:
     `ending`: the node shall end, with `status`.
     """
 
-    def __init__(self, exciter: Exciter, *, auto_start: bool, exit_when_done: bool, now: float) -> None:
+    def __init__(self, exciter: Exciter, auto_start: bool, exit_when_done: bool, now: float) -> None:
         self.exciter = exciter
         self.phase: Phase = "idle"
         self.refusal = ""
@@ -97,7 +98,8 @@ class Run:
             return "already starting: wait for ~/state."
         if self.phase == "moving":
             return self.exciter.objection(now)
-        return around.missing() or around.limits_problem or self.exciter.objection(now) or around.recording_problem
+        why = around.missing() or around.limits_problem or self.exciter.objection(now)
+        return why or (self.exciter.recordable() if around.records else "")
 
     def request(self, now: float, around: Surroundings) -> str:
         """Have the recording opened, from when the next joint state begins the motion; the objection otherwise."""
@@ -239,6 +241,9 @@ class Run:
             self._notes.append(Note("stderr" if self._exits else "error", f"aborted: {report.reason}"))
             if self._exits:
                 self.status = ABORTED
+        elif self.exciter.state == "done":
+            error, allowed = self.exciter.largest_error, self.exciter.limits.tracking_error
+            self._notes.append(Note("info", f"largest tracking error {error:.3g} rad, allowed are {allowed:.3g} rad"))
         self.ending = self.ending or self._exits
 
     def report(self) -> Report:

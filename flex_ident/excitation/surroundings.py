@@ -27,21 +27,18 @@ class Surroundings:
     open_limits: tuple[str, ...] = ()
     """Keys of limits that the parameters do not give."""
     limits_problem: str = ""
-    clock_problem: str = ""
-    """Why the time that ROS has cannot be used."""
     controller_problem: str = ""
     """What the controller's own parameters say against the commands, or that they have yet to arrive."""
     guard_problem: str = ""
     """Why nobody would stop the joint if the exciter died."""
-    recording_problem: str = ""
-    """What is missing in what would be recorded."""
+    records: bool = False
+    """Whether what the robot says of itself is recorded, to be identified from."""
     recording_failure: str = ""
 
     def missing(self) -> str:
         """What has yet to appear before anything may move; empty when all is there."""
         return (
-            self.clock_problem
-            or self._missing_description()
+            self._missing_description()
             or self._missing_listener()
             or self.controller_problem
             or self.guard_problem

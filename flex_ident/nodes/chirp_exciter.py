@@ -52,8 +52,7 @@ class ChirpExciter(Node):
         exciter, self._limits_problem = exciter_within(self._experiment, None)
         self._outdated = False
         """Whether the limits are of an earlier description, as another came while the joint was busy."""
-        auto_start, exits = values["auto_start"], values["exit_when_done"]
-        self.run = Run(exciter, auto_start=auto_start, exit_when_done=exits, now=time.monotonic())
+        self.run = Run(exciter, values["auto_start"], values["exit_when_done"], time.monotonic())
         self._commands = CommandTopic(self, values)
         self._controller = ControllerParameters(self, self._commands.name)
         self._commander = Commander(self, self._commands, self._step, lambda *written: self._recording.write(*written))
@@ -114,8 +113,8 @@ class ChirpExciter(Node):
             why = why or self._open()
         response.success = not why
         where = self._recording.path or "nowhere"
-        guarded = f"process {self._commands.guard.pid} stops the joint should this node die"
-        response.message = why or f"moving to the start position; recording to {where}; {guarded}"
+        begun = f"moving to the start position; recording to {where}; {self._commands.guard}"
+        response.message = why or begun
         if not why and self._recording.unpublished:
             response.message += f"; not received so far: {self._recording.unpublished}"
         return response
@@ -127,15 +126,17 @@ class ChirpExciter(Node):
 
     def _surroundings(self) -> Surroundings:
         """What is seen around the node now."""
+        values = self._experiment.values
         self._controller.look()
         guard_problem = self._commands.guard.problem(moving=self.run.phase == "moving")
         return Surroundings(
             self._commands.name, self._states_topic, self._description.topic,
             listeners=self._commands.listeners(), others=self._commands.others(),
             states_published=bool(self._states_type), description=self._description.state(),
-            description_required=bool(self._experiment.values["limits.require_urdf"]),
+            description_required=bool(values["limits.require_urdf"]),
             open_limits=self._experiment.open_limits, limits_problem=self._limits_problem,
-            controller_problem=self._controller.problem(self._experiment.values),
+            controller_problem=self._controller.problem(values),
+            records=bool(values["recording.directory"]) and values["recording.require_effort"],
             recording_failure=self._recording.failure, guard_problem=guard_problem,
         )  # fmt: skip
 
@@ -204,8 +205,6 @@ class ChirpExciter(Node):
         with self._lock:
             report = self.run.report()
         self._reports.publish(self.run.exciter.settings.joint, *report, str(self._recording.path or ""))
-
-    # -- commands
 
     def _step(self, now: float) -> Output:
         with self._lock:

@@ -9,8 +9,8 @@ from sensor_msgs.msg import JointState
 
 from flex_ident.commands.common import one_line
 from flex_ident.excitation import Output
-from flex_ident.excitation.exciter import MOVING
 from flex_ident.excitation.guarding import Beat
+from flex_ident.excitation.output import MOVING
 from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
 from flex_ident.nodes.command_messages import CommandMessages
 from flex_ident.nodes.command_topic import CommandTopic

@@ -67,6 +67,8 @@ SETTINGS = (
     Setting("limits.require_urdf", False, "refuse to move without robot_description, whatever limits are given"),
     Setting("recording.directory", "flex_ident_recordings", "where the bag is written; empty: no recording"),
     Setting("recording.storage", "mcap", "format of the bag", choices=("mcap", "sqlite3")),
+    Setting("recording.require_effort", True, "refuse to move where the joint states hold no effort or come too slowly "
+            "for the chirp; false: effort is on another recorded topic"),
     Setting("recording.least_free_mib", 200.0, "free space below which nothing is recorded, MiB", lower=1.0, upper=1e6),
 )  # fmt: skip
 START = "start_position"
@@ -129,6 +131,16 @@ def declare_all(node: Node) -> None:
     for key, text in NUMBER_LISTS.items():
         node.declare_parameter(key, None, ParameterDescriptor(description=text, dynamic_typing=True))
     refuse_unknown(node)
+    refuse_simulated_time(node.get_parameter("use_sim_time").value)
+
+
+def refuse_simulated_time(wanted: object) -> None:
+    """Refuse to play in a time that may run faster, slower or back. Raises ConfigurationError."""
+    if wanted:
+        raise ConfigurationError(
+            "use_sim_time is true: chirps are played in the computer's own time, in which speeds and limits hold: set "
+            "it false, and run the simulator in real time."
+        )
 
 
 def experiment(node: Node, changes: Iterable[Parameter] = ()) -> Experiment:
@@ -138,6 +150,7 @@ def experiment(node: Node, changes: Iterable[Parameter] = ()) -> Experiment:
     def value(key: str) -> Any:
         return changed[key] if key in changed else node.get_parameter(key).value
 
+    refuse_simulated_time(changed.get("use_sim_time"))
     values: dict[str, Any] = {s.key: s.checked(value(s.key), node.get_name()) for s in (*FIXED_SETTINGS, *SETTINGS)}
     values[START] = value(START)
     values |= {key: [str(v) for v in value(key) or () if v] for key in NAME_LISTS}

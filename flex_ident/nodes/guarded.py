@@ -37,6 +37,9 @@ class GuardProcess:
         """The process."""
         return self._process.pid
 
+    def __str__(self) -> str:
+        return f"process {self.pid} stops the joint should this node die"
+
     def beat(self, beat: Beat) -> None:
         """Send a heartbeat; never waits."""
         try:

@@ -100,14 +100,28 @@ def test_a_whole_run_goes_through_its_phases() -> None:
         ({"limits_problem": "joint 'elbow' is fixed"}, "is fixed"),
         ({"controller_problem": "other joints"}, "other joints"),
         ({"guard_problem": "no guard"}, "no guard"),
-        ({"clock_problem": "simulated time"}, "simulated time"),
-        ({"recording_problem": "50 Hz"}, "50 Hz"),
     ],
 )
 def test_what_is_missing_forbids_to_start(change: dict[str, object], text: str) -> None:
     played = Played()
     assert text in played.run.request(played.now, replace(READY, **change))
     assert played.run.phase == "idle"
+
+
+def test_what_cannot_be_identified_from_is_not_recorded() -> None:
+    played = Played()
+    recording = replace(READY, records=True)
+    for _ in range(300):  # at 25 Hz, where the chirp goes up to 20 Hz
+        played.now += 0.04
+        played.see()
+    why = played.run.request(played.now, recording)
+    assert "come at 25 Hz, a chirp up to 20 Hz needs 50 Hz: reduce chirp.end_frequency_hz to 10" in why
+    for _ in range(900):
+        played.now += STEP
+        played.see()
+    played.run.observe(JointSample(played.now, played.now, 0.0, 0.0))
+    assert "hold no effort of 'elbow'" in played.run.request(played.now, recording)
+    assert played.run.request(played.now, READY) == ""
 
 
 def test_a_volatile_description_is_no_hindrance_where_all_limits_are_given() -> None:
