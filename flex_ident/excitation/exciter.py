@@ -64,6 +64,10 @@ class Exciter:
             self._turns.restart()
         self._watch.observe(self._turns.unwrapped(sample))
 
+    def published_by(self, names: tuple[str, ...]) -> None:
+        """Take the names of those who publish joint states."""
+        self._watch.publishers = names
+
     def recordable(self) -> str:
         """Why what comes from the robot cannot be identified from; empty when it can."""
         return self._watch.recordable(self.reference.highest_hz)

@@ -63,6 +63,8 @@ class JointStateWatch:
         self.joint = joint
         self.timeout_s = timeout_s
         self._velocity_limit = velocity_limit
+        self.publishers: tuple[str, ...] = ()
+        """Names of those who publish joint states."""
         self._sample: JointSample | None = None
         self._without: JointSample | None = None
         self._jump = ""
@@ -92,7 +94,10 @@ class JointStateWatch:
         if 0.0 <= passed <= OTHER_CLOCK_S:
             self._period += SMOOTHING * (passed - self._period) if self._period else passed
         self._delay = min(self._delay, sample.received - sample.stamp)
-        self._jump = self._jump or self._time_jump(sample, before) or self._position_jump(sample, before)
+        jump = self._time_jump(sample, before) or self._position_jump(sample, before)
+        if jump and len(self.publishers) > 1:
+            jump += f": {' and '.join(self.publishers)} publish joint states, do two of them know the joint?"
+        self._jump = self._jump or jump
         pairs = ((sample.position, before.position), (sample.velocity, before.velocity), (sample.effort, before.effort))
         if not all(_same(a, b) for a, b in pairs):
             self._changed_at = sample.received

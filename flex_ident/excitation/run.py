@@ -189,7 +189,9 @@ class Run:
     def watch(self, now: float, look: Callable[[], Surroundings]) -> None:
         """Look around: start when asked to from the beginning, stop when something is wrong, say what is missing."""
         if self.phase == "moving":
-            if why := look().disturbance():
+            around = look()
+            self.exciter.published_by(around.states_publishers)
+            if why := around.disturbance():
                 self.exciter.stop(why)
         elif self.phase == "pending":
             if now - self._pending_since > BEGIN_S:

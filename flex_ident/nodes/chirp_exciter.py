@@ -21,7 +21,7 @@ from flex_ident.excitation import Output
 from flex_ident.excitation.run import Run
 from flex_ident.excitation.surroundings import Surroundings
 from flex_ident.nodes.command_messages import command_messages
-from flex_ident.nodes.command_topic import CommandTopic
+from flex_ident.nodes.command_topic import CommandTopic, publishers
 from flex_ident.nodes.commander import Commander
 from flex_ident.nodes.controller_parameters import ControllerParameters
 from flex_ident.nodes.exciter_recording import RunRecording
@@ -112,8 +112,9 @@ class ChirpExciter(Node):
                 why = self.run.request(now, self._surroundings())
             why = why or self._open()
         response.success = not why
-        where = self._recording.path or "nowhere"
-        begun = f"moving to the start position; recording to {where}; {self._commands.guard}"
+        begun = (
+            f"moving to the start position; recording to {self._recording.path or 'nowhere'}; {self._commands.guard}"
+        )
         response.message = why or begun
         if not why and self._recording.unpublished:
             response.message += f"; not received so far: {self._recording.unpublished}"
@@ -132,7 +133,8 @@ class ChirpExciter(Node):
         return Surroundings(
             self._commands.name, self._states_topic, self._description.topic,
             listeners=self._commands.listeners(), others=self._commands.others(),
-            states_published=bool(self._states_type), description=self._description.state(),
+            states_published=bool(self._states_type), states_publishers=publishers(self, self._states_topic),
+            description=self._description.state(),
             description_required=bool(values["limits.require_urdf"]),
             open_limits=self._experiment.open_limits, limits_problem=self._limits_problem,
             controller_problem=self._controller.problem(values),
@@ -155,20 +157,18 @@ class ChirpExciter(Node):
     def _on_state(self, data: bytes) -> None:
         now, ros_now = time.monotonic(), 1e-9 * self.get_clock().now().nanoseconds
         self._recording.write(self._states_topic, data)
-        settings = self.run.exciter.settings
-        try:
-            sample = joint_sample(data, settings.joint, settings.held, now, ros_now)
-        except Exception as error:  # whatever rclpy makes of bytes that are no joint state
-            why = f"a message on {self._states_topic} is no joint state ({one_line(error)})"
-            with self._lock:
-                self.run.exciter.stop(why)
-            self.get_logger().warning(why, throttle_duration_sec=1.0)
-            return
         with self._lock:
-            begins = self.run.observe(sample, self._limits_problem)
-        if begins:
-            values = self._experiment.values
-            self._commander.start(command_messages(values), settings.joint, float(values["rate_hz"]))
+            settings = self.run.exciter.settings
+            try:
+                sample = joint_sample(data, settings.joint, settings.held, now, ros_now)
+            except Exception as error:  # whatever rclpy makes of bytes that are no joint state
+                why = f"a message on {self._states_topic} is no joint state ({one_line(error)})"
+                self.run.exciter.stop(why)
+                self.get_logger().warning(why, throttle_duration_sec=1.0)
+                return
+            if self.run.observe(sample, self._limits_problem):
+                values = self._experiment.values
+                self._commander.start(command_messages(values), settings.joint, float(values["rate_hz"]))
 
     # -- ten times a second
 

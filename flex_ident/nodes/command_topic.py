@@ -46,6 +46,12 @@ class CommandTopic:
         return ", ".join(sorted(set(found)))
 
 
+def publishers(node: Node, topic: str) -> tuple[str, ...]:
+    """Names of the nodes that publish a topic."""
+    infos = node.get_publishers_info_by_topic(topic)
+    return tuple(sorted(full_name(info.node_name, info.node_namespace) for info in infos))
+
+
 def full_name(name: str, namespace: str) -> str:
     """A node's name with its namespace."""
     return f"{namespace.rstrip('/')}/{name}"

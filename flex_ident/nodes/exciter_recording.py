@@ -61,12 +61,8 @@ class RunRecording:
     def write(self, topic: str, data: bytes, stamp_ns: int | None = None) -> None:
         """Record a message as of an instant of ROS time, of now without one."""
         recorder = self._recorder
-        if recorder is None:
-            return
-        if stamp_ns is None:
-            recorder.write(topic, data)
-        else:
-            recorder.bag.write(topic, stamp_ns, data)
+        if recorder is not None:
+            recorder.write(topic, data, stamp_ns)
 
     def find_topics(self) -> None:
         """Subscribe to what has appeared of the topics wanted, and say what stops or thins out."""

@@ -55,10 +55,10 @@ class Recorder:
         """Prepare a topic that is written by `write`."""
         self.bag.add_topic(topic, message_type, *definition_and_digest(message_type))
 
-    def write(self, topic: str, data: bytes) -> None:
-        """Record a message as received now."""
+    def write(self, topic: str, data: bytes, stamp_ns: int | None = None) -> None:
+        """Record a message as of an instant of ROS time, as received now without one."""
         self._paces[topic].arrived(time.monotonic())
-        self.bag.write(topic, self._node.get_clock().now().nanoseconds, data)
+        self.bag.write(topic, self._node.get_clock().now().nanoseconds if stamp_ns is None else stamp_ns, data)
 
     def find_topics(self) -> None:
         """Subscribe to what has appeared of the topics wanted."""

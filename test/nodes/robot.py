@@ -15,6 +15,7 @@ import math
 import sys
 import threading
 import time
+from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -34,6 +35,7 @@ INERTIA, DAMPING, GRAVITY = 1.0, 8.0, 2.0
 POSITION_S, VELOCITY_S = 0.01, 0.005
 """Time constants of the position and the velocity drives."""
 NOISE = 1e-5
+LATE_S = 0.5
 STEP_S, LONGEST_STEP_S = 1e-3, 0.05
 
 
@@ -57,6 +59,8 @@ class Robot:
     wraps: bool = False
     efforts: bool = True
     description: str = "latched"
+    best_effort: bool = False
+    """Whether the joint states are."""
     extra: str = ""
     """Further XML in the joint that moves."""
     namespace: str = ""
@@ -103,6 +107,7 @@ class Plant:
         self.position = np.array(robot.positions, float)
         self.velocity = np.zeros(n)
         self.effort = np.full(n, GRAVITY)
+        self._halted: np.ndarray | None = None
         self._commands = {
             "position": self.position.copy(), "velocity": np.zeros(n), "effort": np.full(n, GRAVITY)
         }[robot.interface]  # fmt: skip
@@ -112,10 +117,20 @@ class Plant:
         if math.isfinite(value):
             self._commands[self._robot.joints.index(joint)] = value
 
+    def halt(self) -> None:
+        """Stand still at once, as in a protective stop."""
+        if self._robot.interface == "effort":
+            self._halted = self.position.copy()
+        else:
+            self._commands = self.position.copy() if self._robot.interface == "position" else 0.0 * self._commands
+
     def step(self, dt: float) -> None:
         """Let time pass."""
         before = self.position.copy()
-        if self._robot.interface == "position":
+        if self._halted is not None:
+            self.velocity *= 0.0
+            self.effort = np.full(len(self.position), GRAVITY)
+        elif self._robot.interface == "position":
             self.position += (self._commands - self.position) * (1.0 - math.exp(-dt / POSITION_S))
             self.velocity = (self.position - before) / dt
             self.effort = GRAVITY + DAMPING * self.velocity
@@ -137,10 +152,14 @@ class Driver:
         self.node = Node("robot", namespace=robot.namespace)
         self.node.declare_parameter("fault", "none")
         self.node.add_on_set_parameters_callback(self._on_parameters)
-        self._states = self.node.create_publisher(JointState, "joint_states", 10)
+        kept = ReliabilityPolicy.BEST_EFFORT if robot.best_effort else ReliabilityPolicy.RELIABLE
+        quality = QoSProfile(depth=10, reliability=kept)
+        self._states = self.node.create_publisher(JointState, "joint_states", quality)
         self._random = np.random.default_rng(0)
         self.fault = "none"
         self._frozen: np.ndarray | None = None
+        self._last: JointState | None = None
+        self._waiting: deque[tuple[float, JointState]] = deque()
         if robot.description != "none":
             latched = robot.description == "latched"
             kept = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
@@ -152,7 +171,9 @@ class Driver:
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
             self.fault = str(parameter.value)
-            self._robot.active = self.fault != "inactive"
+            self._robot.active = self.fault not in ("inactive", "halt")
+            if self.fault == "halt":
+                self._plant.halt()
         return SetParametersResult(successful=True)
 
     def _urdf(self) -> str:
@@ -184,7 +205,13 @@ class Driver:
         message.position, message.velocity = (read[k, : len(names)].tolist() for k in (0, 1))
         if r.efforts:
             message.effort = read[2, : len(names)].tolist()
-        self._states.publish(message)
+        if self.fault == "repeat":
+            message = self._last or message
+        self._last = message
+        self._waiting.append((time.monotonic(), message))
+        late = LATE_S if self.fault == "late" else 0.0
+        while self._waiting and time.monotonic() - self._waiting[0][0] >= late:
+            self._states.publish(self._waiting.popleft()[1])
 
 
 def main() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import time
 from pathlib import Path
@@ -12,43 +11,24 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs rclpy")
 from rig import JOINT, rig
-from stand_in import KINDS, TOPIC, exciting, guard_pid, ready, stands
+from stand_in import TOPIC, exciting, guard_pid, ready, stands
 
 pytestmark = pytest.mark.ros
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", ["SIGKILL", "SIGSTOP"])
-def test_the_joint_stops_when_the_exciter_does(kind: str, name: str, tmp_path: Path) -> None:
+def test_the_guard_outlives_the_exciter_and_ends_when_all_is_still(tmp_path: Path) -> None:
     with rig(tmp_path) as made:
-        exciting(made, kind)
+        exciting(made, "velocity")
         guard = guard_pid(made)
         at = time.monotonic()
-        made.processes["chirp_exciter"].send_signal(getattr(signal, name))
-        made.spin(2.0)
+        made.processes["chirp_exciter"].kill()
+        made.spin(0.5)
+        assert Path(f"/proc/{guard}").exists()
         stands(made, at)
-        assert "stops the joint" in made.output("chirp_exciter") or kind in ("position", "trajectory")
-        if name == "SIGSTOP":
-            made.processes["chirp_exciter"].send_signal(signal.SIGCONT)
-            assert made.ended("chirp_exciter") == 3
-            assert "this node stood still for" in made.output("chirp_exciter")
-            made.spin(0.5)
-            stands(made, at)
         end = time.monotonic() + 15.0
         while Path(f"/proc/{guard}").exists() and Path(f"/proc/{guard}/stat").read_text().split()[2] != "Z":
             assert time.monotonic() < end, "the guard outlives what it guards"
             made.spin(0.1)
-
-
-def test_nothing_moves_without_a_guard_and_its_death_ends_the_motion(tmp_path: Path) -> None:
-    with rig(tmp_path) as made:
-        exciting(made, "velocity")
-        at = time.monotonic()
-        os.kill(guard_pid(made), signal.SIGKILL)
-        assert made.ended("chirp_exciter") == 3
-        assert "the guard, which stops the joint should this node die, has ended" in made.output("chirp_exciter")
-        made.spin(0.5)
-        stands(made, at)
 
 
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGTERM"])
