@@ -20,6 +20,7 @@ from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.excitation import Output
 from flex_ident.excitation.run import Run
 from flex_ident.excitation.surroundings import Surroundings
+from flex_ident.nodes.command_clock import AROUND, real_time
 from flex_ident.nodes.command_messages import command_messages
 from flex_ident.nodes.command_topic import CommandTopic, publishers
 from flex_ident.nodes.commander import Commander
@@ -44,6 +45,7 @@ class ChirpExciter(Node):
     """
 
     def __init__(self) -> None:
+        real_time(AROUND)
         super().__init__("chirp_exciter")
         declare_all(self)
         self._lock = threading.RLock()
@@ -240,7 +242,6 @@ def main(arguments: list[str] | None = None) -> int:
                 executor.spin_once(timeout_sec=HOUSEKEEPING_S)
                 if asked:
                     node.interrupt(f"stopped by {asked[0]}")
-            executor.spin_once(timeout_sec=0.0)
             time.sleep(HOUSEKEEPING_S)  # the last state leaves before the context does
         finally:
             node.end()

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-PRIORITY = 20
-"""Real-time priority of the thread, where the system allows one."""
+PRIORITY, AROUND = 20, 10
+"""Real-time priority of the thread, where the system allows one, and of those beside it: what holds Python's lock and
+has to wait for the processor keeps the commands waiting with it."""
 
 
 @dataclass
@@ -105,13 +106,13 @@ class CommandClock:
                 return
 
 
-def real_time() -> bool:
-    """Give this thread real-time priority where the system allows it; whether it did.
+def real_time(priority: int = PRIORITY) -> bool:
+    """Give this thread, and those that it starts, real-time priority where the system allows it; whether it did.
 
     An ordinary user may not: jitter is measured and reported either way.
     """
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except (OSError, AttributeError):
         return False
     return True

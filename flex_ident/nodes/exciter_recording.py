@@ -48,6 +48,9 @@ class RunRecording:
         if recorder.unpublished:
             self._node.get_logger().warning(f"not received so far: {recorder.unpublished}")
 
+    def __str__(self) -> str:
+        return f"recording to {self.path or 'nowhere'}"
+
     @property
     def unpublished(self) -> str:
         """Topics wanted that are not being received; empty when all are."""

@@ -158,8 +158,8 @@ class Rig:
         assert answer is not None, f"{service} does not answer:\n" + "\n".join(map(self.output, self.processes))
         return answer.success, answer.message
 
-    def start_exciting(self, seconds: float = 15.0) -> str:
-        """Call ~/start until everything is ready; the last refusal, empty when it moves."""
+    def start_exciting(self, seconds: float = 15.0, *, expected: str = "\n") -> str:
+        """Call ~/start until everything is ready, or refused as expected; the last refusal, empty when it moves."""
         message = "no answer"
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -167,6 +167,8 @@ class Rig:
             if "moving_to_start" in self.states or (answer is not None and answer.success):
                 return ""
             message = answer.message if answer is not None else message
+            if expected in message:
+                break
             self.spin(0.25)
         return message
 

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -34,6 +36,7 @@ INERTIA, DAMPING, GRAVITY = 1.0, 8.0, 2.0
 """Of each joint under effort commands: kg m^2, N m s/rad, N m that a joint at rest must be held with."""
 POSITION_S, VELOCITY_S = 0.01, 0.005
 """Time constants of the position and the velocity drives."""
+PRIORITY = 10
 NOISE = 1e-5
 LATE_S = 0.5
 STEP_S, LONGEST_STEP_S = 1e-3, 0.05
@@ -217,6 +220,8 @@ class Driver:
 def main() -> None:
     """Run the robot until the process is ended."""
     robot = Robot(**json.loads(sys.argv[1]))
+    with suppress(OSError):  # a robot does not wait for the computer of its user
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     rclpy.init()
     plant = Plant(robot)
     driver, controller = Driver(robot, plant), Controller(robot, plant)
