@@ -70,8 +70,6 @@ class ChirpExciter(Node):
         self.add_on_set_parameters_callback(self._on_parameters)
         self._publish_state()
 
-    # -- parameters and limits
-
     def _take(self, found: Experiment) -> None:
         with self._lock:
             self._outdated = False

@@ -83,8 +83,9 @@ class RawTopics:
         qos = _offered(offers)
         if before is not None:
             before.publishers = len(offers)
-            if (before.qos.reliability, before.qos.durability) == (qos.reliability, qos.durability):
-                return message_type
+            same = message_type == before.message_type
+            if not same or (before.qos.reliability, before.qos.durability) == (qos.reliability, qos.durability):
+                return before.message_type
             self.end(topic)
         kind = message_class(message_type)
         made = self._node.create_subscription(kind, topic, lambda _: None, qos, raw=True, callback_group=self._group)

@@ -124,7 +124,7 @@ PLANT_FAULTS: dict[str, PlantFault] = {
     "the driver repeats one message": PlantFault(robot_fault("repeat"), "the same stamp again", kinds=FEEDBACK),
     "the readings go NaN": PlantFault(robot_fault("nan"), "is nan", kinds=FEEDBACK),
     "the readings lose the joint": PlantFault(robot_fault("lose_joint"), "vanished", kinds=FEEDBACK),
-    "the readings come half a second late": PlantFault(robot_fault("late"), "behind, 0.250 s allowed", kinds=FEEDBACK),
+    "the readings come later and later": PlantFault(robot_fault("late"), "behind, 0.250 s allowed", kinds=FEEDBACK),
     "the controller is switched off at two thirds": PlantFault(
         robot_fault("inactive", later_s=3.0), "has stopped following", kinds=("position", "trajectory")
     ),

@@ -36,7 +36,7 @@ INERTIA, DAMPING, GRAVITY = 1.0, 8.0, 2.0
 """Of each joint under effort commands: kg m^2, N m s/rad, N m that a joint at rest must be held with."""
 POSITION_S, VELOCITY_S = 0.01, 0.005
 """Time constants of the position and the velocity drives."""
-PRIORITY = 10
+PRIORITY = 30
 NOISE = 1e-5
 LATE_S = 0.5
 STEP_S, LONGEST_STEP_S = 1e-3, 0.05
@@ -161,6 +161,7 @@ class Driver:
         self._random = np.random.default_rng(0)
         self.fault = "none"
         self._frozen: np.ndarray | None = None
+        self._since = 0.0
         self._last: JointState | None = None
         self._waiting: deque[tuple[float, JointState]] = deque()
         if robot.description != "none":
@@ -173,7 +174,7 @@ class Driver:
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
-            self.fault = str(parameter.value)
+            self.fault, self._since = str(parameter.value), time.monotonic()
             self._robot.active = self.fault not in ("inactive", "halt")
             if self.fault == "halt":
                 self._plant.halt()
@@ -212,7 +213,7 @@ class Driver:
             message = self._last or message
         self._last = message
         self._waiting.append((time.monotonic(), message))
-        late = LATE_S if self.fault == "late" else 0.0
+        late = min(LATE_S, 0.5 * (time.monotonic() - self._since)) if self.fault == "late" else 0.0
         while self._waiting and time.monotonic() - self._waiting[0][0] >= late:
             self._states.publish(self._waiting.popleft()[1])
 
