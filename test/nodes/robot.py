@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -38,7 +38,7 @@ POSITION_S, VELOCITY_S = 0.01, 0.005
 """Time constants of the position and the velocity drives."""
 PRIORITY = 30
 NOISE = 1e-5
-LATE_S = 0.5
+LATE_S = 1.5
 STEP_S, LONGEST_STEP_S = 1e-3, 0.05
 
 
@@ -255,4 +255,6 @@ def drive(plant: Plant, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        main()
+    rclpy.try_shutdown()
