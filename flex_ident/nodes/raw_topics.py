@@ -59,6 +59,7 @@ class RawTopics:
         self._group = Polled()
         self._topics: dict[str, _Topic] = {}
         self._lost_before = 0
+        self._error: Exception | None = None
         self._lock = threading.RLock()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="topics", daemon=True)
@@ -94,7 +95,12 @@ class RawTopics:
         return message_type
 
     def follow(self) -> None:
-        """Subscribe anew where a publisher has come back that offers its topic otherwise."""
+        """Subscribe anew where a publisher has come back that offers its topic otherwise.
+
+        Raises what went wrong with a message.
+        """
+        if self._error is not None:
+            raise self._error
         for topic, made in list(self._topics.items()):
             self.subscribe(topic, made.received)
 
@@ -112,6 +118,12 @@ class RawTopics:
         self._thread.join(1.0)
 
     def _run(self) -> None:
+        try:
+            self._take_on()
+        except Exception as error:  # raised where it is seen
+            self._error = error
+
+    def _take_on(self) -> None:
         while not self._stopping.wait(TAKE_S):
             for name in list(self._topics):
                 with self._lock:
