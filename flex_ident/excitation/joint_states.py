@@ -15,6 +15,8 @@ MOVED = 1e-3
 """Way of the reference, rad, on which living readings change."""
 MOVED_POSITION_ALONE = 5e-3
 """The same where the robot gives the position alone: friction and backlash may hold that for a while."""
+CLOCK_DRIFT = 2e-4
+"""How fast the clocks of robot and computer may part."""
 SMOOTHING = 0.02
 """Weight of the latest in the mean period of the joint states."""
 REPEATED = "with the same stamp again and again: the driver repeats itself"
@@ -93,7 +95,8 @@ class JointStateWatch:
         self._repeated = passed == 0.0
         if 0.0 <= passed <= OTHER_CLOCK_S:
             self._period += SMOOTHING * (passed - self._period) if self._period else passed
-        self._delay = min(self._delay, sample.received - sample.stamp)
+        drifted = self._delay + CLOCK_DRIFT * max(0.0, sample.received - before.received)
+        self._delay = min(drifted, sample.received - sample.stamp)
         jump = self._time_jump(sample, before) or self._position_jump(sample, before)
         if jump and len(self.publishers) > 1:
             jump += f": {' and '.join(self.publishers)} publish joint states, do two of them know the joint?"
@@ -183,10 +186,15 @@ class JointStateWatch:
     def feedback(self, now: float) -> JointSample | None:
         """The latest joint state when it may be acted on: trusted, just come, not the same for suspiciously long."""
         sample = self.trusted(now)
-        if sample is None or self._jump or now - sample.received > max(SUSPECT_S, PERIODS * self._period):
+        suspect_s = max(SUSPECT_S, PERIODS * self._period)
+        if sample is None or self._jump or now - sample.received + self._behind(sample) > suspect_s:
             return None
-        alive = now - self._changed_at <= max(SUSPECT_S, PERIODS * self._period)
+        alive = now - self._changed_at <= suspect_s
         return sample if alive or not self._moved_meanwhile() else None
+
+    def _behind(self, sample: JointSample) -> float:
+        """By how much later a sample came than others do, s; whatever the clocks of robot and computer say."""
+        return max(0.0, sample.received - sample.stamp - self._delay) if math.isfinite(self._delay) else 0.0
 
     def _moved_meanwhile(self) -> bool:
         """Whether the reference has moved, since the readings changed last, as far as living ones do not stay."""
@@ -226,7 +234,7 @@ class JointStateWatch:
             return f"no joint state for {age:.3f} s, {self.timeout_s:.3f} s allowed"
         if self._jump:
             return self._jump
-        behind = sample.received - sample.stamp - self._delay
+        behind = self._behind(sample)
         if behind > self.timeout_s and self._repeated:
             return f"the joint states are frozen: the same for {behind:.2f} s, {REPEATED}"
         if behind > self.timeout_s:

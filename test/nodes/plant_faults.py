@@ -139,7 +139,6 @@ def played(made: Rig, name: str, kind: str) -> PlantOutcome:
     at = PLANT_FAULTS[name].play(made, kind)
     made.ended("chirp_exciter")
     over = time.monotonic()
-    # Fast DDS holds a publisher up for 0.33 s where it meets the shared memory of a process that was killed.
     while made.truth()[-1, 0] < over + 1.0 and time.monotonic() < over + 15.0:
         made.spin(0.5)
     return measured(made, at)

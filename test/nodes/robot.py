@@ -10,6 +10,7 @@ millisecond or so: time, s, of the steady clock, then position, speed and effort
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import os
@@ -229,6 +230,8 @@ def main() -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(driver.node)
     executor.add_node(controller.node)
+    gc.collect()
+    gc.freeze()  # a collection would hold both threads up for a third of a second
     # The drives have a thread of their own: who publishes to a process that is stopped may be held up with it.
     threading.Thread(target=drive, args=(plant, Path(robot.truth)), daemon=True).start()
     period = 1.0 / robot.rate_hz
