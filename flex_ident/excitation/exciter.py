@@ -187,7 +187,7 @@ class Exciter:
             self._ramp_down(why, "aborted", yielding=True)
         elif moved := self._moved_away(sample):
             self._ramp_down(moved, "aborted")
-        elif self.state == "exciting":
+        elif self.state == "exciting" and self._watch.feedback(now) is not None:
             why = self._following.fault(now, *self._last, sample.position)
             if why:
                 self._ramp_down(why, "aborted")

@@ -19,6 +19,8 @@ from flex_ident.excitation.pace import Losses
 from flex_ident.nodes.message_types import message_class
 
 DEPTH = 2000
+STOP_S = 5.0
+"""How long the thread may take to end: it must not touch what is taken down after it."""
 TAKE_S = 1e-3
 """How often messages are taken."""
 Received = Callable[[bytes], None]
@@ -115,7 +117,7 @@ class RawTopics:
     def stop(self) -> None:
         """Take no more messages."""
         self._stopping.set()
-        self._thread.join(1.0)
+        self._thread.join(STOP_S)
 
     def _run(self) -> None:
         try:

@@ -82,7 +82,7 @@ def exciting(made: Rig, **parameters: object) -> None:
     """A joint in mid-chirp."""
     made.simulated_joint(other_joints=["shoulder"], **{"controller.joints": ["shoulder", JOINT]})
     made.exciter(**{"command.joints": ["shoulder", JOINT], **parameters})
-    refusal = made.start_exciting()
+    refusal = made.start_exciting(60.0)
     assert not refusal, refusal
     assert made.until("exciting"), made.output("chirp_exciter")
     made.spin(1.2)

@@ -62,7 +62,7 @@ def test_the_shipped_configuration_moves_a_trajectory_controller_of_several_join
         assert made.start_exciting() == ""
         assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
         truth = made.truth(joints=3)
-        assert np.ptp(truth[:, 2]) > 0.2
+        assert np.ptp(truth[:, 2]) > 0.1
         assert np.ptp(truth[:, [1, 3]], axis=0).max() < 0.01
 
 
