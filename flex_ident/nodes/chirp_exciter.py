@@ -243,7 +243,6 @@ def main(arguments: list[str] | None = None) -> int:
             time.sleep(HOUSEKEEPING_S)  # the last state leaves before the context does
         finally:
             node.end()
-            executor.shutdown()
             node.destroy_node()
         return node.run.status
 
