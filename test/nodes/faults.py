@@ -74,6 +74,7 @@ def outcome(made: Rig, fault_at: float | None = None) -> Outcome:
     stopped = None
     if fault_at is not None and made.references:
         moving = [stamp for stamp, _, velocity in made.references if velocity != 0.0]
+        assert moving, f"nothing was seen to move:\n{made.output('chirp_exciter')}"
         stopped = max(0.0, moving[-1] - fault_at)
     return Outcome(status, reason, stopped, made.largest_command(), made.largest_speed(), lost_s(made))
 

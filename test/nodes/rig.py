@@ -201,7 +201,15 @@ class Rig:
         end = time.monotonic() + timeout_s
         while time.monotonic() < end and self.processes[name].poll() is None:
             rclpy.spin_once(self.node, timeout_sec=0.05)
+        self._drain()
         return self.processes[name].poll()
+
+    def _drain(self) -> None:
+        """Take what was sent before and has yet to be looked at."""
+        before = -1
+        while before != len(self.references) + len(self.commands):
+            before = len(self.references) + len(self.commands)
+            self.spin(0.3)
 
     def bag(self) -> Path:
         """The newest recording."""
