@@ -12,6 +12,9 @@ from dataclasses import asdict
 from flex_ident.excitation.guarding import Beat
 from flex_ident.nodes.guard import READY, TAKEN, Post
 
+APART = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+"""Of Fast DDS, a transport that has no memory, nor locks in it, in common with a process that is killed."""
+
 
 class GuardProcess:
     """A guard in a session of its own, so that what ends the exciter does not end it."""
@@ -19,8 +22,9 @@ class GuardProcess:
     def __init__(self, post: Post) -> None:
         command = [sys.executable, "-m", "flex_ident.nodes.guard", json.dumps(asdict(post))]
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True, bufsize=0
-        )
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True, bufsize=0,
+            env={**os.environ, **APART},
+        )  # fmt: skip
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._beats, self._answers = self._process.stdin.fileno(), self._process.stdout.fileno()
