@@ -145,7 +145,7 @@ class Rig:
         """The answer of a service, None when none comes in time."""
         new = service not in self.clients
         client = self._client(kind, service)
-        assert client.wait_for_service(15.0), f"{service} is not there"
+        assert client.wait_for_service(45.0), f"{service} is not there"
         if new:
             self.spin(0.3)  # Fast DDS drops the answer to a client that the server has yet to find (rmw_fastrtps 842)
         future = client.call_async(request)
