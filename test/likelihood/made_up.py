@@ -41,9 +41,7 @@ def problem(
     )  # fmt: skip
 
 
-def linear_fit(
-    matrix: Floats, target: Floats, *, prior: Floats | None = None, at_bound: tuple[str, ...] = ()
-) -> Fit:
+def linear_fit(matrix: Floats, target: Floats, *, prior: Floats | None = None, at_bound: tuple[str, ...] = ()) -> Fit:
     """The optimum of |target - matrix x|^2 with every key free, residual `target - matrix x`, as a fit holds it.
 
     `prior` (p,): information of independent priors of mean zero.
