@@ -48,7 +48,10 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
         "hopeless", {"error_percent": 1.1 * HOPELESS_PERCENT, "validation_percent": 1.1 * HOPELESS_PERCENT}, "rejected",
         {"model_mismatch"},
     ),
-    ("no sum", {"error_percent": np.nan, "validation_percent": np.nan}, "rejected", {"model_mismatch", "validation_gap"}),
+    (
+        "no sum", {"error_percent": np.nan, "validation_percent": np.nan}, "rejected",
+        {"model_mismatch", "validation_gap"},
+    ),
     ("worse unseen", {"error_percent": 2.0, "validation_percent": 6.0}, "doubtful", {"validation_gap"}),
     ("nothing unseen", {"validation_percent": np.inf}, "rejected", {"validation_gap"}),
     ("mode outside", {"locked_motor_hz": 31.0}, "doubtful", {"mode_outside_band"}),

@@ -73,6 +73,6 @@ def test_whitened_noise_has_unit_variance_and_no_memory(colour: str) -> None:
 @pytest.mark.parametrize(("moving", "share"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
 def test_quiet_share_is_that_of_cells_without_motion(moving: float, share: float) -> None:
     noise = white()
-    loud = 300.0 * white(5) * (TIME < moving * TIME[-1])
+    loud = 300.0 * white(5) * (moving * TIME[-1] > TIME)
     made = problem(noise + loud)
     assert quiet_share(made, reduced(noise)) == pytest.approx(share, abs=0.05)

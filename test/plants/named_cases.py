@@ -1,6 +1,6 @@
 """The joints of the known hard cases, played by the plants of `bench/plants` or by the small ones below.
 
-Every one is a pair of a recording and its truth. Flexible ones are a cobot's joint at 1 kHz under a P-PI drive at 4 kHz;
+Each is a pair of a recording and its truth. Flexible ones are a cobot's joint at 1 kHz under a P-PI drive at 4 kHz;
 what is hidden in each is a change of the plant's own parameters.
 """
 
@@ -18,12 +18,12 @@ from flex_ident.recording import Recording
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from plants.cases import Case  # noqa: E402
-from plants.experiment import Setup, drive_of, moved  # noqa: E402
-from plants.excitation import excitation  # noqa: E402
-from plants.laws import Joint  # noqa: E402
-from plants.measurement import Chain, recorded, rounded  # noqa: E402
-from plants.stepping import kicked  # noqa: E402
+from plants.cases import Case
+from plants.excitation import excitation
+from plants.experiment import Setup, drive_of, moved
+from plants.laws import Joint
+from plants.measurement import Chain, recorded, rounded
+from plants.stepping import kicked
 
 Truth = dict[str, float]
 Floats = NDArray[np.float64]

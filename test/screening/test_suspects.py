@@ -1,4 +1,4 @@
-"""What a missing effect would move: the linear shift is that of a refit, and intervals widen by it and stay intervals."""
+"""What a missing effect would move: the linear shift is that of a refit, and intervals widen by it."""
 
 from functools import cache
 
