@@ -33,8 +33,9 @@ def problem(
     filtered = reduced(torque, decimation) if rate_hz == RATE else torque[::decimation]
     moved = np.cumsum(white(99, torque.size)) if position is None else position
     return SimpleNamespace(
-        recording=SimpleNamespace(motor_torque=torque, sample_rate_hz=rate_hz, reference=None),
-        motion=SimpleNamespace(position=moved), decimation=decimation, rate_hz=rate_hz / decimation,
+        recording=SimpleNamespace(motor_torque=torque, motor_position=moved, sample_rate_hz=rate_hz, reference=None),
+        motion=SimpleNamespace(position=moved, velocity=np.ones(moved.size), acceleration=np.zeros(moved.size)),
+        resolution=0.0, decimation=decimation, rate_hz=rate_hz / decimation,
         cutoff_hz=CUTOFF, band_hz=CUTOFF / 1.2, torque=filtered, usable=np.ones(filtered.size, bool),
         time=np.arange(filtered.size) * decimation / rate_hz,
         residuals=lambda _values: (filtered if residual is None else residual,),
