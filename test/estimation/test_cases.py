@@ -61,7 +61,7 @@ def test_plain_joint_is_trusted_with_narrow_intervals(sensors: str) -> None:
     assert result.verdict == "trusted"
     assert_holds(result, truth, ("Jm", "K", "JL"))
     for key in ("Jm", "K", "JL"):
-        assert result.parameter(key).relative_std_percent < 0.3, key
+        assert result.parameter(key).relative_std_percent < 0.1, key  # nothing fixed is added to an interval
     for p in result.parameters:
         assert not p.identifiable or abs(p.value - truth.get(p.key, 0.0)) < 4.0 * p.std, p
 
