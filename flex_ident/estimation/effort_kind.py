@@ -43,11 +43,12 @@ with the method's own error at reversals."""
 CLEARLY = 20.0
 """Twice the log-likelihood, in independent samples, from which one kind of effort wins over another: 1 in 20,000."""
 FAR = 1000.0
-"""The same, to first order, from which gravity is in the effort beyond all doubt: -1e5 and less for joints that bear
-any to speak of; a fit that is far off for want of it showed -42."""
+"""The same, to first order, from which gravity is in the effort for certain: -1e5 and less for joints that bear any
+to speak of; a fit that is far off for want of it showed -42."""
 MOST_OF_IT, MOST_WITH_LINK = 0.8, 0.3
-"""Share of what the worse model leaves above the noise that the better one must explain: a link encoder shows gravity to
-first order, and its own rounding as well; the motor alone to second order, where another gravity may do half as well."""
+"""Share of what the worse model leaves above the noise that the better one must explain. A link encoder shows gravity
+to first order, and its own rounding as well; the motor alone to second order, where a gravity that pulls the other way
+may do half as well."""
 GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
 """First moments times g that are tried, over the stiffness of the joint."""
 GRAVITY_ANGLES = 8
