@@ -21,7 +21,7 @@ from flex_ident.regression.verdict import (
     mismatches,
     not_determined,
 )
-from flex_ident.screening.coupling import Coupling, coupling_notice
+from flex_ident.screening.coupling import Coupling
 from flex_ident.screening.suspects import Suspect
 
 RELATIVE_LIMIT = 0.3
@@ -171,3 +171,9 @@ def _structure(evidence: Evidence) -> Iterator[Objection]:
     if strong and (structured or any(evidence.moved.get(s.effect, 0.0) > MOVED for s in strong)):
         found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}
         yield "doubtful", Notice(Code.CAUSE_SUSPECTED, strong[0].effect, found)
+
+
+def coupling_notice(coupling: Coupling) -> Notice:
+    """That the other joints' motion explains part of what a model leaves."""
+    sizes = {"share_percent": 100.0 * coupling.share, "chance": coupling.chance}
+    return Notice(Code.OTHER_JOINTS_EXPLAIN, "motor_torque", sizes, {"joints": ", ".join(coupling.joints)})

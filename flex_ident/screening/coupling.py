@@ -13,7 +13,6 @@ from flex_ident.likelihood.comparison import FOLDS, correlation_factor
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.notices import Code, Notice
 from flex_ident.recording import Floats
 from flex_ident.screening.scoring import orthonormal
 
@@ -111,9 +110,3 @@ def _predicted_share(matrix: Floats, target: Floats, time: Floats) -> float:
         left += float(np.sum((target[~seen] - matrix[~seen] @ solution) ** 2))
     total = float(target @ target)
     return 1.0 - left / total if total > 0.0 and math.isfinite(left) else 0.0
-
-
-def coupling_notice(coupling: Coupling) -> Notice:
-    """That the other joints' motion explains part of what a model leaves."""
-    sizes = {"share_percent": 100.0 * coupling.share, "chance": coupling.chance}
-    return Notice(Code.OTHER_JOINTS_EXPLAIN, "motor_torque", sizes, {"joints": ", ".join(coupling.joints)})
