@@ -53,10 +53,15 @@ def test_a_joint_sensor_that_is_given_says_so_and_is_not_sought() -> None:
 @SENSORS
 @pytest.mark.parametrize("model", [COBOT_JOINT, HEAVY], ids=["cobot", "heavy"])
 def test_a_motors_torque_is_not_taken_for_anything_else(model: JointModel, sensors: str) -> None:
-    result = identify(kind_recording(model, "motor", EXPERIMENT, link=sensors != "motor"), IdentifyOptions())
+    recording = kind_recording(model, "motor", EXPERIMENT, link=sensors != "motor")
+    result = identify(recording)
     assert not {c for c in codes(result) if c.startswith("effort_")}
-    assert result.verdict == "trusted"
     assert_within(result, model)
+    given = identify(recording, IdentifyOptions(effort_kind="motor"))
+    assert result.verdict == given.verdict
+    for p in result.parameters:
+        assert p.value == given.parameter(p.key).value
+        assert p.std == given.parameter(p.key).std
 
 
 def test_gravity_that_the_controller_adds_is_recognised_with_a_link_encoder() -> None:
