@@ -197,6 +197,12 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
     if not tried or tried[0][0].size < -CLEARLY:
         return motor
     gain, own, found = tried[0]
+    if gain.size > CLEARLY:  # it may be the model to report: fitted as carefully as the other
+        again = _refitted(problem, solver, keys, found.values, rough=True)
+        better = gain_of(problem, own, fit, again[1])
+        if better.size > gain.size:
+            gain, own, found = better, *again
+            tried[0] = (gain, own, found)
     alike = [f for g, _, f in tried if g.size > gain.size - CLEARLY]
     left = remainder(own, found)
     enough = MOST_OF_IT if problem.link is None else MOST_WITH_LINK
