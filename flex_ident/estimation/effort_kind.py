@@ -101,7 +101,17 @@ class KindFit:
         return replace(self, unclear=max(sizes, default=0.0) > 1.96)
 
     def joined(self, uncertainty: Uncertainty) -> Uncertainty:
-        """The uncertainty joined with what the rival would move."""
+        """The uncertainty joined with what the rival would move.
+
+        Of an effort less gravity also with what the controller's clock leaves open: gravity taken at a position that is
+        up to a sample older or newer than the torque looks like viscous friction of the motor.
+        """
+        if self.kind == GRAVITY_COMPENSATED and "FVm" in self.fit.free:
+            problem, at = self.solver.problem, self.fit.free.index("FVm")
+            slope = GRAVITY * _pull(self.fit.values, float(np.mean(problem.motion.position)))
+            covariance = uncertainty.covariance.copy()
+            covariance[at, at] += (slope * problem.recording.sample_time) ** 2
+            return replace(uncertainty, covariance=covariance)
         if self.rival is None or self.open is None:
             return uncertainty
         joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
@@ -247,7 +257,7 @@ def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit) -> list[di
 
 def _pull(values: Mapping[str, float], position: float) -> float:
     """Gravity's stiffness at a position over g, kg m."""
-    return values["MY"] * math.cos(position) - values["MX"] * math.sin(position)
+    return values.get("MY", 0.0) * math.cos(position) - values.get("MX", 0.0) * math.sin(position)
 
 
 def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
