@@ -22,6 +22,7 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.errors import SignalError
 from flex_ident.recording import Floats
+from flex_ident.recording.names import decoded
 
 ENCAPSULATION = 4
 REMEMBERED = 64
@@ -154,7 +155,7 @@ class _Walk:
         raw = self.payload[self.at : self.at + size]
         if len(raw) != size:
             raise struct.error("a text runs over the end")
-        self.texts[path] = raw.rstrip(b"\0").decode("utf-8", "replace")
+        self.texts[path] = decoded(raw.rstrip(b"\0"))
         if path.partition(".")[0] in self.keys:
             self.fixed += range(self.at, self.at + size)
         self.at += size

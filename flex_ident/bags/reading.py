@@ -45,7 +45,7 @@ def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) 
         joint, signals, notices, origin = _signals(bag, selection, progress)
     _check_signals(signals, joint, named=selection.effort is not None)
     return aligned_recording(
-        signals, joint=joint, notices=notices, path=str(bag.path), sha256=digest.result(), start_time_s=origin
+        signals, joint=joint, notices=notices, path=bag.name, sha256=digest.result(), start_time_s=origin
     )
 
 

@@ -6,10 +6,12 @@ there, a key stands once and there are no aliases. A file is read only when it i
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
 import stat
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from flex_ident.recording.names import path_text, shortened
 
 LARGEST_BYTES = 1 << 20
 """Size of a configuration or model file, at most."""
-MOST_NODES = 100_000
+MOST_NODES = 50_000
 """Keys, values and items of a YAML file, at most."""
 DEEPEST = 32
 """Levels of mappings and lists within each other, at most."""
@@ -45,29 +47,35 @@ class DocumentError(ConfigurationError):
 def text_of(path: Path, largest: int = LARGEST_BYTES) -> str:
     """The text of a regular file of at most `largest` bytes. Raises DocumentError, also on pipes and devices."""
     try:
-        # Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
-        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    except ValueError as error:
-        raise DocumentError("cannot be read (its name holds a zero byte).") from error
-    except OSError as error:
-        raise DocumentError(f"cannot be read ({error.strerror}).") from error
-    try:
-        state = os.fstat(handle)
-        if not stat.S_ISREG(state.st_mode):
-            what = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe or a device"
-            raise DocumentError(f"is {what}: expected a file.")
-        with open(handle, "rb", closefd=False) as file:
+        with opened_file(path) as file:
             content = file.read(largest + 1)
+            size = os.fstat(file.fileno()).st_size
     except OSError as error:
         raise DocumentError(f"cannot be read ({error.strerror}).") from error
-    finally:
-        os.close(handle)
     if len(content) > largest:
-        raise DocumentError(f"holds {max(state.st_size, len(content))} bytes: {largest} are read at most.")
+        raise DocumentError(f"holds {max(size, len(content))} bytes: {largest} are read at most.")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise DocumentError(f"is not UTF-8 (byte {error.start}).") from error
+
+
+def opened_file(path: Path) -> BufferedReader:
+    """A regular file, open. Raises OSError, also for pipes, devices and folders, and without ever waiting."""
+    try:
+        # Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, "its name holds a zero byte") from error
+    try:
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISREG(mode):
+            return open(handle, "rb")
+        what = "a folder" if stat.S_ISDIR(mode) else "a pipe or a device"
+        raise OSError(errno.EINVAL, f"it is {what} and no file")
+    except BaseException:
+        os.close(handle)
+        raise
 
 
 def yaml_document(path: Path, *, largest: int = LARGEST_BYTES) -> Any:
