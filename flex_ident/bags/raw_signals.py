@@ -53,6 +53,11 @@ def raw_signals(
         for name, own in layouts.items()
         if own.damaged
     ]
+    notices += [
+        Notice("bag_damaged", f"{own.misnamed} messages of {name} hold names that no others do: damaged, left out.")
+        for name, own in layouts.items()
+        if own.misnamed
+    ]
     return found, notices
 
 

@@ -43,11 +43,12 @@ def cleaned_signal(
     steps = np.diff(time)
     forward = steps[steps > 0]
     period = float(np.median(forward)) if forward.size else 0.0
-    backwards = 0
+    backwards = single = 0
     if forward.size < steps.size:
         lone = _lone_stamps(time, JUMP_PERIODS * period)
         time, values = time[~lone], values[~lone]
-        backwards += int(np.count_nonzero(lone))
+        single = int(np.count_nonzero(lone))
+        backwards += single
         stretch, jumps = _longest_stretch(time, JUMP_PERIODS * period)
         if jumps.size:
             kept = stretch.stop - stretch.start
@@ -62,7 +63,14 @@ def cleaned_signal(
     keep = np.ones(time.size, bool)
     keep[1:] = time[1:] > np.maximum.accumulate(time)[:-1]
     duplicates = int(np.count_nonzero(np.diff(time) == 0))
-    backwards += max(0, int(np.count_nonzero(~keep)) - duplicates)
+    disordered = max(0, int(np.count_nonzero(~keep)) - duplicates)
+    backwards += disordered
+    if single + disordered:
+        text = (
+            f"{single + disordered} of {total} messages of {source.partition(':')[0]} are out of order in time, or "
+            "have a stamp far from their neighbours', and were dropped."
+        )
+        notices.append(Notice("stamps_out_of_order", text))
     if time.size > 1 and duplicates > FEW_DUPLICATES * total and keep.sum() > 1:
         text = (
             f"{duplicates} of {total} messages of {source.partition(':')[0]} repeat the stamp before them: one of each "
