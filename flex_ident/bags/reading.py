@@ -18,6 +18,7 @@ from flex_ident.errors import BagError, ExcitationError, SignalError
 from flex_ident.recording import Notice, Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.clocks import RawSignal, signals_of
+from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
 
 __all__ = ["STILL", "JointMotion", "Progress", "joint_motions", "read_recording"]
@@ -65,6 +66,7 @@ def _signals(
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     signals, dropped, origin = signals_of(raw, joint=chosen.joint, factors=factors)
     signals, wrapped = unwrapped(signals, factors)
+    signals, mended = mended_signals(signals, {role: abs(factor) for role, factor in factors.items()})
     if repeats_motor(signals):
         if selection.link_position or selection.sensors == "motor+link":
             raise _no_second_encoder(raw["link_position"].source)
@@ -72,7 +74,7 @@ def _signals(
         dropped.append(Notice("link_repeats_motor", text))
         signals = [signal for signal in signals if signal.role != "link_position"]
     refuse_opposite(signals)
-    said = [*bag.notices(), *notices, *dropped, *wrapped, *_unit_notices(selection, chosen)]
+    said = [*bag.notices(), *notices, *dropped, *wrapped, *mended, *_unit_notices(selection, chosen)]
     collected = dict.fromkeys(said)
     return chosen.joint, signals, list(collected), origin
 

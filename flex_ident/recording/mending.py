@@ -1,0 +1,126 @@
+"""What robots really publish, made fit for a fit: each fault found, repaired or left out, counted and said.
+
+On signals that have none of these faults, nothing is changed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.recording.holds import Freeze, freezes, fresh, samples_per_update
+from flex_ident.recording.instants import rough_period
+from flex_ident.recording.outliers import put_in_between, spikes
+from flex_ident.recording.recording import Floats, Notice, Role, Signal
+from flex_ident.recording.seams import continued
+
+MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
+POSITIONS: tuple[Role, ...] = ("motor_position", "link_position")
+MANY = 0.2
+"""Share of the messages from which a constant in between comes from a second publisher."""
+
+
+def mended_signals(
+    signals: list[Signal], factors: Mapping[Role, float] | None = None
+) -> tuple[list[Signal], list[Notice]]:
+    """The signals without outliers, seams, repeats and freezes, and what was done.
+
+    `factors` are what positions were multiplied by: they say how large a turn of the encoder is.
+    """
+    notices: list[Notice] = []
+    found: dict[Role, Signal] = {}
+    for signal in signals:
+        own = signal
+        if own.role in MEASURED:
+            own = _without_repeats(_without_constants(own, notices), notices)
+        if own.role in POSITIONS:
+            own = _without_seams(own, 2.0 * math.pi * (factors or {}).get(own.role, 1.0), notices)
+        if own.role in MEASURED:
+            own = _without_spikes(own, notices)
+        found[own.role] = own
+    if "motor_torque" in found:
+        found["motor_torque"] = _without_freezes(found["motor_torque"], found["motor_position"], notices)
+    return list(found.values()), notices
+
+
+def _kept(signal: Signal, kept: NDArray[np.bool_]) -> Signal:
+    return replace(signal, time=signal.time[kept], values=signal.values[kept])
+
+
+def _without_constants(signal: Signal, notices: list[Notice]) -> Signal:
+    total = signal.values.size
+    between, constant = put_in_between(signal.values)
+    count = int(np.count_nonzero(between))
+    if count:
+        zero = "zero" if constant == 0.0 else f"{constant:.6g}"
+        text = f"{count} of {total} values of {signal.source} are {zero} between others that are not: left out."
+        if count > MANY * total:
+            text += " Does a second node publish on this topic?"
+        notices.append(Notice("isolated_values", text))
+        signal = _kept(signal, ~between)
+    return signal
+
+
+def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
+    total = signal.values.size
+    lone = spikes(signal.values)
+    count = int(np.count_nonzero(lone))
+    if count:
+        text = f"{count} of {total} values of {signal.source} are spikes of a single sample: left out."
+        notices.append(Notice("spikes", text))
+        signal = _kept(signal, ~lone)
+    return signal
+
+
+def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal:
+    jumps = continued(signal.time, signal.values, turn)
+    if not jumps.count:
+        return signal
+    often = "once" if jumps.count == 1 else f"{jumps.count} times"
+    if jumps.seam:
+        text = f"{signal.source} jumps {often} by {jumps.size:.6g}, the seam of its encoder: made continuous."
+        notices.append(Notice("position_unwrapped", text))
+    else:
+        text = (
+            f"{signal.source} jumps {often}, by {jumps.size:.4g} at most, and goes on from there, as after a new zero: "
+            "made continuous with its first part."
+        )
+        notices.append(Notice("position_rezeroed", text))
+    return replace(signal, values=jumps.values)
+
+
+def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Signal:
+    position: Floats = np.interp(torque.time, motor.time, motor.values)
+    stretches: list[Freeze] = freezes(torque.values, position, rough_period(torque.time))
+    if not stretches:
+        return torque
+    kept = np.ones(torque.values.size, bool)
+    seconds = 0.0
+    for stretch in stretches:
+        kept[stretch.start + 1 : stretch.stop] = False
+        seconds += float(torque.time[stretch.stop - 1] - torque.time[stretch.start])
+    often = "once" if len(stretches) == 1 else f"{len(stretches)} times"
+    text = (
+        f"{torque.source} stands still {often}, for {seconds:.3g} s in all ({np.count_nonzero(~kept)} of "
+        f"{kept.size} samples), where it cannot: left out."
+    )
+    notices.append(Notice("effort_frozen", text))
+    return _kept(torque, kept)
+
+
+def _without_repeats(signal: Signal, notices: list[Notice]) -> Signal:
+    ratio = samples_per_update(signal.values)
+    if ratio <= 1.0:
+        return signal
+    kept = fresh(signal.values, ratio)
+    rate = 1.0 / rough_period(signal.time)
+    text = (
+        f"{signal.source} is stamped at {rate:.4g} Hz and measured at {rate / ratio:.4g} Hz: the "
+        f"{np.count_nonzero(~kept)} of {kept.size} samples that repeat others were left out."
+    )
+    notices.append(Notice("held_samples", text))
+    return _kept(signal, kept)
