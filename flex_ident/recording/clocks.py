@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
 from flex_ident.recording.cleaning import cleaned_signal
-from flex_ident.recording.instants import evened
 from flex_ident.recording.recording import Floats, Notice, Role, Signal
-from flex_ident.recording.ticks import steps_taken_back, tick_ns, within_ticks
+from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
 
 OTHER_CLOCK = 1_000_000_000
 """Difference in latency, ns, from which two headers are stamped by different clocks."""
@@ -97,7 +96,7 @@ def signals_of(
         time.flags.writeable = values.flags.writeable = False
         signal, dropped = cleaned_signal(role, own.source, clock, time, values)
         if tick:
-            signal = replace(signal, time=evened(signal.time))
+            signal = replace(signal, time=evened_ticks(signal.time, 1e-9 * tick))
             text = (
                 f"stamps of {own.source.partition(':')[0]} come in ticks of {tick * 1e-6:.4g} ms: samples were "
                 "taken as evenly spaced."

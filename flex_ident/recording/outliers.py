@@ -36,8 +36,8 @@ def put_in_between(values: Floats) -> tuple[NDArray[np.bool_], float]:
     if values.size < FEWEST:
         return none, 0.0
     values = without_rounding(values)
-    off, enough = _excursions(values)
-    levels, counts = np.unique(values[1:-1][off > enough], return_counts=True)
+    excursion, enough = _excursions(values)
+    levels, counts = np.unique(values[1:-1][excursion > enough], return_counts=True)
     most = np.argsort(counts)[: -1 - CANDIDATES : -1]
     often = [float(levels[i]) for i in most if counts[i] >= REPEATED and levels[i] != 0.0]
     for constant in (0.0, *often):

@@ -25,6 +25,8 @@ MOST_SHARE = 0.08
 """Share of the samples from which jumps are the signal."""
 ALIKE = 0.1
 """Differences of jumps, in their size, up to which they are turns of one seam."""
+MOSTLY = 0.8
+"""Share of the jumps that must be alike; beside another jump, the size of one cannot be seen well."""
 EXACT = 0.003
 """Difference from a turn, 2 pi over the gear, up to which a seam is that turn."""
 
@@ -64,7 +66,7 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     beside = np.clip(places[:, None] + np.array([-2, -1, 1, 2]), 0, steps.size - 1)
     sizes = steps[places] - (steps / dt)[beside] @ np.array([-1.0, 4.0, 4.0, -1.0]) / 6.0 * dt[places]
     seam = float(np.median(np.abs(sizes)))
-    one = places.size > 1 and bool((np.abs(np.abs(sizes) - seam) < ALIKE * seam).all())
+    one = places.size > 1 and float(np.mean(np.abs(np.abs(sizes) - seam) < ALIKE * seam)) > MOSTLY
     for whole in (turn, turn / 2.0):
         if abs(seam - whole) < EXACT * whole and (one or places.size == 1):
             seam, one = whole, True

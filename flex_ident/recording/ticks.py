@@ -5,14 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flex_ident.recording.instants import evened
 from flex_ident.recording.recording import Floats
 
 FEWEST = 64
 COARSE = 0.05
 """Tick of a clock, in sampling periods, from which it is coarse."""
-UNEVEN = 0.05
-"""Share of the steps that must not be whole periods."""
-REPEATED = 0.2
+FEWEST_UNEVEN = 3
+"""Steps that must not be whole periods."""
+FEWEST_BETWEEN, REGULAR = 10, 0.75
+"""Intervals between such steps, and the share of them that must be alike."""
+CERTAIN = 0.4
+"""Tick, in periods, up to which the step between two samples says how many periods there are."""
+SPAN, WITHOUT_LOSS = 64, 0.25
+"""Samples over which ticks average out, and the quantile of their durations at which none of them is lost."""
+REPEATED = 0.01
 """Share of the messages that must repeat the stamp before them to be of one tick."""
 SETTLED = 32
 """Messages before and behind a step of the clock over which the time to reception must be the same."""
@@ -31,9 +38,30 @@ def tick_ns(stamps: NDArray[np.int64]) -> int:
     period = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if period <= 0.0 or tick < COARSE * period:
         return 0
-    whole = np.rint(steps / period) * period
-    uneven = float(np.mean(np.abs(steps - whole) > 0.5 * COARSE * period))
-    return tick if uneven > UNEVEN else 0
+    uneven = np.abs(steps - np.rint(steps / period) * period) > 0.5 * tick
+    if np.count_nonzero(uneven) >= FEWEST_UNEVEN:
+        return tick
+    # A tick as long as the usual step: then others come at regular intervals, which lost messages do not.
+    between = np.diff(np.flatnonzero(np.abs(steps - period) > 0.5 * tick))
+    regular = np.abs(between - np.median(between)) <= 1 if between.size >= FEWEST_BETWEEN else np.zeros(1, bool)
+    return tick if float(np.mean(regular)) > REGULAR else 0
+
+
+def evened_ticks(time: Floats, tick: float) -> Floats:
+    """The even times (n,) behind increasing ones in ticks of `tick`, s, lost samples counted."""
+    period = period_in_ticks(time)
+    if tick > CERTAIN * period:
+        return evened(time, period)
+    index = np.concatenate(([0.0], np.cumsum(np.maximum(1.0, np.rint(np.diff(time) / period)))))
+    slope, offset = np.polyfit(index, time, 1)
+    even: Floats = float(slope) * index + float(offset)
+    return even
+
+
+def period_in_ticks(time: Floats) -> float:
+    """The sampling period, s, of times (n,) in ticks that may be as long: over many samples, of which few are lost."""
+    span = min(SPAN, time.size - 1)
+    return float(np.quantile(time[span:] - time[:-span], WITHOUT_LOSS)) / span
 
 
 def within_ticks(stamps: NDArray[np.int64], values: Floats) -> Floats:

@@ -542,7 +542,7 @@ def test_time_that_jumps_back_keeps_the_longest_stretch(tmp_path: Path) -> None:
         m._replace(received_ns=m.received_ns - 5 * 10**9, content=joint_state(ns(TIME[i] - 5.0), ["a"], [Q[i]], [U[i]]))
         for i, m in enumerate(messages)
     ]
-    recording = read_recording(bag_of(tmp_path, messages[:900] + back[900:]))
+    recording = read_recording(rosbag2_bag(tmp_path / "bag", messages[:900] + back[900:]))
     assert codes(recording) == ["time_jumped_back"]
     assert "jumps back once, by 5 s at most: the longest stretch of 900" in recording.notices[0].message
     np.testing.assert_array_equal(recording.motor_position, Q[:900])
