@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -342,7 +343,8 @@ def peak_mebibytes() -> float:
 
 
 def work(connection: Any, bases: dict[str, Path]) -> None:
-    """A worker's loop: cases in, outcomes out."""
+    """A worker's loop: cases in, outcomes out. A warning of numpy would reach the user: it is an exception here."""
+    warnings.filterwarnings("error", category=RuntimeWarning, module="flex_ident")
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
     while True:
         task = connection.recv()

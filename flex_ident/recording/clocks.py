@@ -92,7 +92,8 @@ def signals_of(
             # Shifted by the usual time from stamp to reception, so that all signals share one axis.
             time = (own.received - (latency + origin)).astype(np.float64) * 1e-9
         clock: Literal["header", "receive"] = "header" if stamped else "receive"
-        values = own.values * (factors or {}).get(role, 1.0)
+        with np.errstate(invalid="ignore", over="ignore"):  # damage can leave any bits in a number
+            values = own.values * (factors or {}).get(role, 1.0)
         time.flags.writeable = values.flags.writeable = False
         signal, dropped = cleaned_signal(role, own.source, clock, time, values)
         if tick:

@@ -104,7 +104,7 @@ HOSTILE: dict[str, Callable[[Path], Path]] = {
 def test_hostile_bag_is_refused_in_two_seconds_and_300_mib(name: str, tmp_path: Path) -> None:
     path = HOSTILE[name](tmp_path)
     script = """
-        import resource, sys, time
+        import sys, time
         from pathlib import Path
         from flex_ident.bags import read_recording
         from flex_ident.errors import FlexIdentError
@@ -113,7 +113,8 @@ def test_hostile_bag_is_refused_in_two_seconds_and_300_mib(name: str, tmp_path: 
             read_recording(Path(sys.argv[1]))
         except FlexIdentError as error:
             print(f"refused: {error}")
-        print(time.process_time() - started, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+        peak = Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]  # not that of pytest
+        print(time.process_time() - started, int(peak) / 1024)
     """
     run = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(script), str(path)], capture_output=True, text=True, check=True,
