@@ -41,7 +41,7 @@ def roughness(values: Floats) -> Floats:
     if values.size < 3:
         return np.zeros(values.size)
     second = np.abs(np.diff(values, 2))
-    near: Floats = ndimage.median_filter(np.pad(second, 1, mode="edge"), min(NEAR, second.size), mode="nearest")
+    near: Floats = ndimage.median_filter(np.pad(second, 1, mode="edge"), min(NEAR, second.size), mode="mirror")
     return near
 
 

@@ -83,7 +83,7 @@ def _scatter(values: Floats) -> Floats:
     """Median deviation (n,) of the values around each from the cubic through two neighbours on either side."""
     due = (4.0 * (values[1:-3] + values[3:-1]) - values[:-4] - values[4:]) / 6.0
     off = np.abs(values[2:-2] - due)
-    near: Floats = ndimage.median_filter(np.pad(off, 2, mode="edge"), min(NEAR, off.size), mode="nearest")
+    near: Floats = ndimage.median_filter(np.pad(off, 2, mode="edge"), min(NEAR, off.size), mode="mirror")
     return near
 
 

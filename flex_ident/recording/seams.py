@@ -52,10 +52,10 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
         return none
     dt = np.diff(time)
     usual = float(np.median(dt))
-    speed = ndimage.median_filter(steps / dt, NEAR, mode="nearest")
+    speed = ndimage.median_filter(steps / dt, NEAR, mode="mirror")
     off = steps - speed * dt
-    scatter = ndimage.median_filter(np.abs(off), WIDE, mode="nearest")
-    size = ndimage.median_filter(np.abs(steps), WIDE, mode="nearest")
+    scatter = ndimage.median_filter(np.abs(off), WIDE, mode="mirror")
+    size = ndimage.median_filter(np.abs(steps), WIDE, mode="mirror")
     finest = resolution(values)
     inner = float(np.ptp(np.cumsum(np.where(np.abs(off) > SCATTER * scatter, speed * dt, steps))))
     enough = np.maximum(SCATTER * scatter + CHANGES * np.maximum(size, finest), SMALLEST_SHARE * inner)

@@ -76,6 +76,21 @@ def test_clean_signals_are_left_alone(rate: float, encoder: float, motion: str) 
                 np.testing.assert_array_equal(before.values, after.values)
 
 
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("encoder", ENCODERS)
+@pytest.mark.parametrize("noise", [1e-6, 1e-4, 3e-3, 0.03])
+def test_noisy_positions_are_left_alone(rate: float, encoder: float, noise: float) -> None:
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        given = [
+            s if s.role == "motor_torque" else
+            replace(s, values=rounded(s.values + noise * random.standard_normal(s.values.size), encoder))
+            for s in signals(rate, seed=seed, rest_s=(0.0, 1.5)[seed % 2] + 1e-3)
+        ]  # fmt: skip
+        _, notices = mended_signals(given)
+        assert [n.message for n in notices] == []
+
+
 @pytest.mark.parametrize("rate", RATES[1:])
 @pytest.mark.parametrize("share", [0.001, 0.01, 0.03])
 @pytest.mark.parametrize("role", ["motor_position", "motor_torque"])
@@ -109,7 +124,7 @@ def test_a_second_publisher_of_zeros_is_named() -> None:
         values[np.searchsorted(time, signal.time)] = signal.values
         given.append(replace(signal, time=time, values=values))
     found, notices = mended_signals(given)
-    assert codes(notices) == ["isolated_values"] * 3
+    assert [c for c in codes(notices) if c != "spikes"] == ["isolated_values"] * 3  # one at the very end is a spike
     assert "second node" in notices[0].message
     for signal in signals(500.0):
         left = of(found, signal.role)
