@@ -216,12 +216,13 @@ def mutated_text(text: str, random: np.random.Generator) -> tuple[str, str]:
 
 def read_bag(bag: Path, outcome: Outcome) -> None:
     from flex_ident.bags import SignalSelection, read_recording
+    from flex_ident.report.sentences import sentence
 
     recording = read_recording(bag, SignalSelection(joint="joint_2"))
     outcome.ending = "read"
     motor = recording.sampling[0]
     outcome.lost = SAMPLES - motor.samples
-    outcome.text = "; ".join(n.message for n in recording.notices)
+    outcome.text = "; ".join(sentence(n) for n in recording.notices)
     if outcome.lost > 0 and not recording.notices:
         outcome.faults.append("silent loss")
     if not outcome.text.isprintable():

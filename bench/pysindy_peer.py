@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.gap import GapOptions, explain
-from flex_ident.gap.fitting import base_fit
+from flex_ident.gap.base import base_fit
 from flex_ident.recording import Recording
 
 try:

@@ -32,11 +32,11 @@ from scipy import optimize, signal
 
 from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.estimate import fit_problem, refined, started_values
-from flex_ident.estimation.fit import SimulationFit
-from flex_ident.estimation.nuisances import measurement_priors
-from flex_ident.estimation.problem import DRIVE_MARGIN, FitProblem, terms_of
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.filtering.spectral import SpectralFilter
+from flex_ident.likelihood.fit import SimulationFit
+from flex_ident.likelihood.nuisances import measurement_priors
+from flex_ident.likelihood.problem import DRIVE_MARGIN, FitProblem, terms_of
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Floats, Recording
 from flex_ident.simulation.batch import LANES, simulated_links

@@ -9,20 +9,21 @@ import flex_ident
 
 ROOT = Path(flex_ident.__file__).parent
 STAGES = (
-    "recording", "parameters", "filtering", "regression", "effects", "simulation", "estimation", "gap", "excitation",
-    "virtual_joint",
+    "notices", "recording", "parameters", "filtering", "regression", "effects", "simulation", "estimation", "gap",
+    "excitation", "virtual_joint",
 )  # fmt: skip
-ADAPTERS = ("bags", "configuration", "report", "commands", "nodes")
+ADAPTERS = ("bags", "configuration", "report", "jobs", "commands", "nodes")
 FOREIGN = ("rclpy", "rosbags", "matplotlib", "jinja2", "tqdm", "std_msgs", "sensor_msgs")
 ALLOWED: dict[str, tuple[str, ...]] = {
-    "recording": (),
-    "parameters": ("recording",),
+    "notices": (),
+    "recording": ("notices",),
+    "parameters": ("notices", "recording"),
     "filtering": ("recording", "parameters"),
-    "regression": ("recording", "parameters", "filtering"),
+    "regression": ("notices", "recording", "parameters", "filtering"),
     "simulation": ("recording", "parameters", "filtering"),
     "effects": ("recording", "parameters", "simulation"),
-    "estimation": ("recording", "parameters", "filtering", "regression", "simulation", "effects"),
-    "gap": ("recording", "parameters", "filtering", "regression", "simulation", "effects", "estimation"),
+    "estimation": ("notices", "recording", "parameters", "filtering", "regression", "simulation", "effects"),
+    "gap": ("notices", "recording", "parameters", "filtering", "regression", "simulation", "effects", "estimation"),
     "excitation": (),
     "virtual_joint": ("recording", "parameters"),
 }
@@ -54,6 +55,14 @@ def test_a_stage_imports_only_earlier_stages(stage: str) -> None:
 def test_only_nodes_need_ros(adapter: str) -> None:
     for path in (ROOT / adapter).rglob("*.py"):
         assert not any(n.split(".")[0] == "rclpy" for n in imported(path)), path
+
+
+@pytest.mark.parametrize("adapter", ["bags", "configuration", "report", "jobs"])
+def test_what_commands_and_nodes_share_knows_neither(adapter: str) -> None:
+    for path in (ROOT / adapter).rglob("*.py"):
+        for name in imported(path):
+            assert not name.startswith(("flex_ident.commands", "flex_ident.nodes")), f"{path.name} imports {name}"
+            assert adapter == "jobs" or not name.startswith("flex_ident.jobs"), f"{path.name} imports {name}"
 
 
 def test_every_folder_is_in_the_architecture() -> None:

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.errors import SignalError
-from flex_ident.recording import Floats, Notice, Signal
+from flex_ident.notices import Code, Notice
+from flex_ident.recording import Floats, Signal
 from flex_ident.recording.recording import Role
 
 SAME = 1e-9
@@ -26,8 +27,7 @@ def unwrapped(signals: list[Signal], factors: Mapping[Role, float]) -> tuple[lis
     for signal in signals:
         turn = 2.0 * math.pi * abs(factors.get(signal.role, 1.0))
         if signal.role in ("motor_position", "link_position") and _wraps(signal.values, turn):
-            text = f"{signal.source} jumps by a turn and back: taken as the angle of one turn, and made continuous."
-            notices.append(Notice("position_unwrapped", text))
+            notices.append(Notice(Code.POSITION_UNWRAPPED, signal.source, texts={"case": "turn"}))
             signal = replace(signal, values=np.unwrap(signal.values, period=turn))
         found.append(signal)
     return found, notices

@@ -24,7 +24,7 @@ from flex_ident.bags.compression import Budget, TooMuchError, decompressed, salv
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.bags.records import MessageRecord, Tally, record_blocks
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.names import decoded, path_text
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -148,17 +148,16 @@ class McapFile:
             yield from record_blocks(contents, self._record_at(contents, wanted), _log_times, self._tally)
             stop = self._tally.stopped_at
             if stop < contents.size and not cut:
-                self._damaged(
-                    f"the chunk at byte {at} is damaged at byte {stop} of its {contents.size}: "
-                    f"{self._tally.messages.total() - before} messages in front were read, what follows is lost."
-                )
+                read = self._tally.messages.total() - before
+                sizes = {"at": at, "inside": stop, "size": contents.size, "read": read}
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "rest_of_chunk"}))
                 self._waste(at, contents.size - stop)
             del stretch, contents  # before the next one needs room
         nameless = sum(n for number, n in self._tally.messages.items() if number not in self._channels)
         if nameless:
-            self._damaged(f"{nameless} messages belong to no topic that the file describes, and were left out.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"count": nameless}, {"case": "nameless"}))
         if self._short:
-            self._damaged(f"{self._short} messages are shorter than a message can be, and were left out.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"count": self._short}, {"case": "short"}))
 
     def _waste(self, at: int, size: int) -> None:
         """Note bytes of a chunk that are no messages. Raises BagError when a hostile file brings too many."""
@@ -170,14 +169,10 @@ class McapFile:
     def _too_much(self, at: int, error: TooMuchError) -> BagError:
         return BagError(f"{self.name}: the chunk at byte {at} {error}")
 
-    def _damaged(self, text: str) -> None:
-        self._notices.append(Notice("bag_damaged", f"{self.name}: {text}"))
-
     def _lost(self, at: int, why: str) -> None:
         size = len(self._map)
-        share = 100.0 * (size - at) / size
-        text = f"{self.name} {why} at byte {at} of {size}: the last {share:.1f} % are lost, what is whole was read."
-        self._notices.append(Notice("bag_damaged", text))
+        sizes = {"at": at, "size": size, "lost_percent": 100.0 * (size - at) / size}
+        self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "cut", "how": why}))
 
     def _stretches(self) -> Iterator[_Stretch]:
         """The contents of each chunk, and what stands outside of them."""
@@ -197,11 +192,12 @@ class McapFile:
             if opcode == FOOTER and follower + len(MAGIC) == end:
                 return
             if ended and (unknown or follower > end or opcode == FOOTER):
-                self._damaged(f"its summary is damaged at byte {at} of {end}.")
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"at": at, "size": end}, {"case": "summary"}))
                 return
             damaged = unknown or opcode == FOOTER
             if (damaged or follower > end) and (further := self._next_chunk(at)):
-                self._damaged(f"what stands between bytes {at} and {further} of {end} is damaged and lost.")
+                sizes = {"at": at, "further": further, "size": end}
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "between"}))
                 at = loose = further
                 continue
             if damaged:
@@ -227,7 +223,7 @@ class McapFile:
         if at < end:
             self._lost(at, "is cut")
         else:
-            self._notices.append(Notice("bag_unfinished", f"{self.name} was not closed: read to its end."))
+            self._notices.append(Notice(Code.BAG_UNFINISHED, self.name))
 
     def _next_chunk(self, at: int) -> int | None:
         """Where the first chunk behind byte `at` begins, by the summary; None where it names none."""
@@ -264,7 +260,7 @@ class McapFile:
         except TooMuchError as error:
             raise self._too_much(at, error) from error
         except (struct.error, BagError):
-            self._damaged(f"the chunk at byte {at} is damaged and was left out.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"at": at}, {"case": "chunk"}))
             return np.zeros(0, np.uint8)
 
     def _describe_summary(self) -> None:
@@ -316,7 +312,7 @@ class McapFile:
                 self._channels[number] = Topic(topic, name, definition, "idl" if encoding.endswith("idl") else "msg")
         except struct.error:
             kind = "schema" if opcode == SCHEMA else "channel"
-            self._damaged(f"a {kind} record is damaged and was left out.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, texts={"case": "record", "kind": kind}))
 
     def _record_at(self, data: NDArray[np.uint8], wanted: frozenset[str]) -> Callable[[int], MessageRecord | int]:
         view = memoryview(data)  # type: ignore[arg-type]

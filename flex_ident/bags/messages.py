@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.recording import Notice
+from flex_ident.notices import Notice
 
 ROWS = 4096
 """Messages in a block, at most."""

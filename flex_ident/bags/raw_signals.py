@@ -14,7 +14,8 @@ from flex_ident.bags.motions import is_joint_state
 from flex_ident.bags.places import PlaceReader
 from flex_ident.bags.selection import Place
 from flex_ident.bags.storage import Bag
-from flex_ident.recording import Floats, Notice
+from flex_ident.notices import Code, Notice
+from flex_ident.recording import Floats
 from flex_ident.recording.clocks import RawSignal
 
 
@@ -49,12 +50,12 @@ def raw_signals(
     joiner = _Joiner()
     found = {place: joiner.signal(place, gathered[place]) for place in wanted}
     notices = [
-        Notice("bag_damaged", f"{own.damaged} messages of {name} are damaged and were left out.")
+        Notice(Code.BAG_DAMAGED, name, {"count": own.damaged}, {"case": "messages"})
         for name, own in layouts.items()
         if own.damaged
     ]
     notices += [
-        Notice("bag_damaged", f"{own.misnamed} messages of {name} hold names that no others do: damaged, left out.")
+        Notice(Code.BAG_DAMAGED, name, {"count": own.misnamed}, {"case": "names"})
         for name, own in layouts.items()
         if own.misnamed
     ]

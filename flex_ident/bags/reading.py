@@ -15,11 +15,13 @@ from flex_ident.bags.raw_signals import raw_signals
 from flex_ident.bags.selection import Place, SignalSelection
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import BagError, ExcitationError, SignalError
-from flex_ident.recording import Notice, Recording, Signal
+from flex_ident.notices import Code, Notice
+from flex_ident.recording import Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.clocks import RawSignal, signals_of
 from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
+from flex_ident.report.sentences import sentence
 
 __all__ = ["STILL", "JointMotion", "Progress", "joint_motions", "read_recording"]
 
@@ -27,14 +29,14 @@ Progress = Callable[[float], None]
 
 
 def read_recording(
-    path: Path, selection: SignalSelection | None = None, *, progress: Progress | None = None
+    path: Path | str, selection: SignalSelection | None = None, *, progress: Progress | None = None
 ) -> Recording:
     """The joint's recording on one uniform clock. Raises BagError, SignalError, ExcitationError and UsageError."""
-    with Bag(path) as bag:
+    with Bag(Path(path)) as bag:
         try:
             return _recording(bag, selection or SignalSelection(), progress)
         except (SignalError, ExcitationError) as error:
-            damage = [n.message for n in bag.damage() if n.code == "bag_damaged"]
+            damage = [sentence(n) for n in bag.damage() if n.code is Code.BAG_DAMAGED]
             if not damage:
                 raise
             raise BagError(f"{error} The bag is damaged: {damage[0]}") from error
@@ -70,8 +72,7 @@ def _signals(
     if repeats_motor(signals):
         if selection.link_position or selection.sensors == "motor+link":
             raise _no_second_encoder(raw["link_position"].source)
-        text = f"{raw['link_position'].source} repeats the motor position number by number: left out."
-        dropped.append(Notice("link_repeats_motor", text))
+        dropped.append(Notice(Code.LINK_REPEATS_MOTOR, raw["link_position"].source))
         signals = [signal for signal in signals if signal.role != "link_position"]
     refuse_opposite(signals)
     said = [*bag.notices(), *notices, *dropped, *wrapped, *mended, *_unit_notices(selection, chosen)]
@@ -111,14 +112,9 @@ def _unit_notices(selection: SignalSelection, places: SignalPlaces) -> list[Noti
         return []
     notices = []
     if "current" in places.torque.source.lower():
-        text = f"{places.torque.source} is by its name a current: give N m per ampere with --effort-scale."
-        notices.append(Notice("effort_not_si", text))
+        notices.append(Notice(Code.EFFORT_NOT_SI, places.torque.source, texts={"case": "current"}))
     if abs(selection.gear_ratio) != 1.0:
-        text = (
-            f"the motor position was divided by {selection.gear_ratio:g}, and the effort taken as N m on the link "
-            f"side: if it is the motor shaft's too, give --effort-scale {selection.gear_ratio:g}."
-        )
-        notices.append(Notice("effort_side", text))
+        notices.append(Notice(Code.EFFORT_SIDE, "motor_torque", {"gear_ratio": selection.gear_ratio}))
     return notices
 
 

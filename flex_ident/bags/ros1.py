@@ -20,7 +20,7 @@ from flex_ident.bags.compression import Budget, TooMuchError, decompressed, salv
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.bags.records import MessageRecord, Tally, record_blocks
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.names import decoded, path_text
 
 MAGIC = b"#ROSBAG V2.0\n"
@@ -138,15 +138,14 @@ class Ros1File:
             yield from record_blocks(contents, self._record_at(contents, wanted), _times, self._tally)
             stop = self._tally.stopped_at
             if stop < contents.size and not cut:
-                self._damaged(
-                    f"the chunk at byte {at} is damaged at byte {stop} of its {contents.size}: "
-                    f"{self._tally.messages.total() - before} messages in front were read, what follows is lost."
-                )
+                read = self._tally.messages.total() - before
+                sizes = {"at": at, "inside": stop, "size": contents.size, "read": read}
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "rest_of_chunk"}))
                 self._waste(at, contents.size - stop)
             del stretch, contents  # before the next one needs room
         nameless = sum(n for number, n in self._tally.messages.items() if number not in self._topics)
         if nameless:
-            self._damaged(f"{nameless} messages belong to no topic that the file describes, and were left out.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"count": nameless}, {"case": "nameless"}))
 
     def _waste(self, at: int, size: int) -> None:
         """Note bytes of a chunk that are no messages. Raises BagError when a hostile file brings too many."""
@@ -157,9 +156,6 @@ class Ros1File:
 
     def _too_much(self, at: int, error: TooMuchError) -> BagError:
         return BagError(f"{self.name}: the chunk at byte {at} {error}")
-
-    def _damaged(self, text: str) -> None:
-        self._notices.append(Notice("bag_damaged", f"{self.name}: {text}"))
 
     def _chunks(self) -> Iterator[_Chunk]:
         """The plain contents of each chunk."""
@@ -193,15 +189,15 @@ class Ros1File:
                     self._map.madvise(mmap.MADV_DONTNEED, released, page - released)
                     released = page
             elif opcode not in KNOWN:
-                self._damaged(f"the record at byte {at} is of no known kind and was left out.")
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"at": at}, {"case": "unknown_record"}))
             if not whole:
                 self._lost(at, end)
                 return
             at = stop
         if not summary:
-            self._notices.append(Notice("bag_unfinished", f"{self.name} was not closed: read to its end."))
+            self._notices.append(Notice(Code.BAG_UNFINISHED, self.name))
         elif summary >= end:
-            self._damaged(f"is cut: of what stood behind its {end} bytes nothing is left.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"size": end}, {"case": "end"}))
 
     def _take_counts(self, fields: Fields, source: bytes, count: bytes) -> None:
         """Count the messages of one connection by the index of the chunk before it."""
@@ -210,11 +206,9 @@ class Ros1File:
             self._indexed[number] += messages
 
     def _lost(self, at: int, end: int) -> None:
-        text = (
-            f"{self.name} is cut or damaged at byte {at} of {end}: the last {100.0 * (end - at) / end:.1f} % "
-            "are lost, what is whole was read."
-        )
-        self._notices.append(Notice("bag_damaged", text))
+        sizes = {"at": at, "size": end, "lost_percent": 100.0 * (end - at) / end}
+        said = {"case": "cut", "how": "is cut or damaged"}
+        self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, said))
 
     def _contents(self, fields: Fields, packed: memoryview, at: int, *, cut: bool) -> NDArray[np.uint8]:
         compression = _text(fields, b"compression").removeprefix("none")
@@ -226,7 +220,7 @@ class Ros1File:
         except TooMuchError as error:
             raise self._too_much(at, error) from error
         except (BagError, struct.error):
-            self._damaged(f"the chunk at byte {at} is damaged and was left out.")
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"at": at}, {"case": "chunk"}))
             return np.zeros(0, np.uint8)
 
     def _describe(self, fields: Fields, data: memoryview) -> None:

@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from flex_ident.bags.messages import ROWS, Block, Topic, block_of
 from flex_ident.errors import BagError
-from flex_ident.recording import Notice
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.names import harmless, path_text
 
 MAGIC = b"SQLite format 3\x00"
@@ -61,11 +61,8 @@ class SqliteFile:
             if not logged:
                 raise
             self._database, rows = _opened(path, "mode=ro&immutable=1")
-            text = (
-                f"{path_text(Path(log.name))} cannot be read: the newest messages are lost. Copy the bag to a folder "
-                "that is writable."
-            )
-            self._lost_log.append(Notice("bag_damaged", text))
+            name_of_log = path_text(Path(log.name))
+            self._lost_log.append(Notice(Code.BAG_DAMAGED, name_of_log, texts={"case": "log"}))
         definitions: dict[str, tuple[str, str]] = {}
         with contextlib.suppress(sqlite3.Error):
             for kind, encoding, text in self._database.execute(
@@ -128,7 +125,8 @@ class SqliteFile:
         except sqlite3.Error as error:
             damage = error
         if damage is not None:
-            self._damaged(f"is damaged ({_reason(damage)}): {read} messages were read, the rest is lost.")
+            said = {"case": "database", "error": _reason(damage)}
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"read": read}, said))
         elif wanted:
             self._compare()
 
@@ -143,13 +141,17 @@ class SqliteFile:
             low, high = self._database.execute("SELECT min(id), max(id) FROM messages").fetchone()
             # rosbag2 numbers messages from 1 on; numbers far off are damage themselves.
             if 0 < high - low + 1 - total <= total:
-                self._damaged(f"{high - low + 1 - total} of {high - low + 1} numbered messages are lost.")
+                sizes = {"count": high - low + 1 - total, "total": high - low + 1}
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "numbered_rows"}))
         if unlike:
-            self._damaged(f"{unlike} of {total} messages are damaged and were left out.")
+            sizes = {"count": unlike, "total": total}
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "damaged_rows"}))
         if nameless:
-            self._damaged(f"{nameless} of {total} messages belong to no topic of the file, and were left out.")
+            sizes = {"count": nameless, "total": total}
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "nameless_rows"}))
         if indexed > total:
-            self._damaged(f"{total} of {indexed} messages in its index were read: the others are lost.")
+            sizes = {"read": total, "indexed": indexed}
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "indexed_rows"}))
 
     def _count(self, what: str) -> int:
         """Rows of a table under a condition; 0 where they cannot be counted."""
@@ -159,9 +161,6 @@ class SqliteFile:
             return int(count)
         except (sqlite3.Error, TypeError):
             return 0
-
-    def _damaged(self, text: str) -> None:
-        self._notices.append(Notice("bag_damaged", f"{self.name}: {text}"))
 
     def _bound_work(self) -> None:
         _bound_work(self._database, self._size)

@@ -17,8 +17,8 @@ from flex_ident.bags import mcap, ros1, sqlite
 from flex_ident.bags.compression import ZSTD_MAGIC, Budget, TooMuchError, decompress_file, decompressed
 from flex_ident.bags.messages import Block, Storage, Topic, block_of
 from flex_ident.errors import BagError
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters.documents import DocumentError, opened_file, text_of, yaml_content
-from flex_ident.recording import Notice
 from flex_ident.recording.names import harmless, path_text
 
 LARGEST_METADATA = 16 << 20
@@ -43,8 +43,8 @@ class Bag:
         self._walked = False
         self._information, complaint = _metadata(path)
         if complaint:
-            text = f"metadata.yaml {complaint} How many messages it announces is not known."
-            self._notices.append(Notice("bag_damaged", text))
+            said = {"case": "metadata", "why": complaint}
+            self._notices.append(Notice(Code.BAG_DAMAGED, "metadata.yaml", texts=said))
         self._counts = _counts(self._information)
         self.files = self._files(path)
         self._parts: list[Storage] = []
@@ -56,7 +56,7 @@ class Bag:
                 failures.append(error)
         if not self._parts:
             raise failures[0]
-        self._notices += [Notice("bag_damaged", f"a part was left out: {error}") for error in failures]
+        self._notices += [Notice(Code.BAG_DAMAGED, texts={"case": "part", "error": str(error)}) for error in failures]
 
     @property
     def name(self) -> str:
@@ -104,10 +104,10 @@ class Bag:
         announced = self._announced()
         for topic, read in self._read.items():
             if read < announced.get(topic, 0):
-                text = f"{read} of {announced[topic]} messages of {topic} were read: the others are lost."
-                collected.append(Notice("bag_damaged", text))
+                sizes = {"read": read, "announced": announced[topic]}
+                collected.append(Notice(Code.BAG_DAMAGED, topic, sizes, {"case": "messages_lost"}))
         for topic, count in self._damaged.items():
-            collected.append(Notice("bag_damaged", f"{count} compressed messages of {topic} are damaged and lost."))
+            collected.append(Notice(Code.BAG_DAMAGED, topic, {"count": count}, {"case": "compressed"}))
         return tuple(dict.fromkeys(collected))
 
     def damage(self) -> tuple[Notice, ...]:
@@ -144,7 +144,8 @@ class Bag:
             raise BagError(f"{shown}: cannot be read ({getattr(error, 'strerror', None) or error}).") from error
         for missing in (p for p in known if p not in files):
             if files is not found:
-                self._notices.append(Notice("bag_damaged", f"{path_text(Path(missing.name))} of the bag is missing."))
+                name = path_text(Path(missing.name))
+                self._notices.append(Notice(Code.BAG_DAMAGED, name, texts={"case": "part_missing"}))
         if not files:
             raise BagError(f"{shown}: holds no bag (no .mcap, .db3 or .bag file).")
         return files
@@ -213,8 +214,7 @@ class Bag:
             raise BagError(f"{shown}: the compressed file is damaged.")
         if not whole:
             name = path_text(Path(path.name))
-            text = f"{name} is cut or damaged: what could be decompressed was read, the rest is lost."
-            self._notices.append(Notice("bag_damaged", text))
+            self._notices.append(Notice(Code.BAG_DAMAGED, name, texts={"case": "decompression"}))
         return plain
 
 

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from flex_ident.errors import SignalError
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters.documents import opened_file
-from flex_ident.recording import Floats, Notice, Signal
+from flex_ident.recording import Floats, Signal
 from flex_ident.recording.cleaning import cleaned_signal
 from flex_ident.recording.names import decoded, path_text
 from flex_ident.recording.recording import Role
@@ -123,7 +124,7 @@ def table_signals(
     notices: list[Notice] = []
     if guessed:
         taken = ", ".join(f"{name} for {role}" for role, name in chosen.items())
-        notices.append(Notice("columns_guessed", f"columns taken by their names: {taken}."))
+        notices.append(Notice(Code.COLUMNS_GUESSED, table.source, texts={"columns": taken}))
     for role in ROLES:
         if role in chosen:
             values = table.columns[chosen[role]] * (factors or {}).get(role, 1.0)

@@ -15,9 +15,11 @@ from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.filtering.design import filter_design
-from flex_ident.recording import Notice, Recording, Sampling, extent_text, more_needed
-from flex_ident.recording.magnitudes import NOT_SI
+from flex_ident.notices import Code, Notice
+from flex_ident.notices.codes import NOT_SI
+from flex_ident.recording import Recording, Sampling, extent_text, more_needed
 from flex_ident.recording.recording import SHORT_S, SLOW_HZ
+from flex_ident.report.sentences import sentence
 from flex_ident.report.table import percent_text
 
 LEAST_S = 2.0
@@ -103,7 +105,7 @@ def _contents(path: Path, files: int, topics: Sequence[Topic], damage: Sequence[
         for topic in sorted(topics, key=lambda t: t.name)
     ]
     lines = [f"{path}: {files} file{'s' if files > 1 else ''}", *_table(rows)]
-    return "\n".join([*lines, *(f"  damage: {notice.message}" for notice in damage)])
+    return "\n".join([*lines, *(f"  damage: {sentence(notice)}" for notice in damage)])
 
 
 def _messages(count: int) -> str:
@@ -124,7 +126,7 @@ def _motions_text(motions: Sequence[JointMotion]) -> str:
         )
         for motion in motions
     ]
-    return "\n".join(["joints (rad or m, N m or N)", *_table(rows)])
+    return "\n".join(["joints (numbers as recorded)", *_table(rows)])
 
 
 def _recording_text(recording: Recording) -> str:
@@ -133,7 +135,7 @@ def _recording_text(recording: Recording) -> str:
     ]
     rows += [_sampling_row(sampling) for sampling in recording.sampling]
     lines = [f"joint {recording.joint}", *_table(rows), *(f"  {line}" for line in _prospects(recording))]
-    lines += [f"  warning: {notice.message} [{notice.code}]" for notice in recording.notices]
+    lines += [f"  warning: {sentence(notice)} [{notice.code}]" for notice in recording.notices]
     return "\n".join(lines)
 
 
@@ -200,10 +202,12 @@ def _doubts(recording: Recording) -> list[str]:
             found.append(f"{percent_text(share)} of the messages of the {name} were dropped")
         if sampling.role != "reference" and sampling.lost_percent > MUCH_PERCENT:
             found.append(f"{percent_text(sampling.lost_percent)} of the {name} were lost on the way to the bag")
-    if any(notice.code == "bag_damaged" for notice in recording.notices):
+    if any(notice.code is Code.BAG_DAMAGED for notice in recording.notices):
         found.append("part of the bag is lost, by the warning below")
     if any(notice.code in NOT_SI for notice in recording.notices):
         found.append("not in SI units, by the warning below: no result will be trusted")
+    if any(notice.severity != "info" and notice.code not in NOT_SI for notice in recording.notices):
+        found.append("repaired where that can leave a mark, by the warning below: no result will be trusted")
     return found
 
 

@@ -6,7 +6,7 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -29,9 +29,25 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(f"{message}. See {self.prog} --help.")
 
 
-def command_parser(prog: str, description: str) -> Parser:
-    """A parser with `--version`."""
-    parser = Parser(prog=prog, description=description, allow_abbrev=False)
+EXIT_STATUSES = """\
+exit status:
+  0  done
+  2  wrong usage or configuration, or an output that cannot be written
+  3  the data cannot answer: no such topic or joint, no motion, too few samples, an unreadable bag
+  4  done, but the result must not be trusted"""
+
+
+def help_end(examples: Sequence[str]) -> str:
+    """What `--help` says below the options: examples and exit statuses."""
+    return "\n".join(["examples:", *(f"  {example}" for example in examples), "", EXIT_STATUSES])
+
+
+def command_parser(prog: str, description: str, examples: Sequence[str]) -> Parser:
+    """A parser with `--version`, and with examples and exit statuses at the end of `--help`."""
+    parser = Parser(
+        prog=prog, description=description, epilog=help_end(examples), allow_abbrev=False,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
     parser.add_argument("--version", action="version", version=f"flex_ident {__version__}")
     return parser
 
@@ -155,16 +171,12 @@ def _from_command_line(setting: Setting, text: Any) -> Value:
         raise UsageError(f"{setting.option} is {text!r}: expected {setting.range_text}.") from None
 
 
-def output_folder(values: Mapping[str, Value], bag: Path, joint: str, *, many: bool = False) -> Path:
-    """Where results go: `out`, with the joint's name below it when there are several, or the default."""
-    name = joint.replace("/", "_") or "joint"
-    if values["out"]:
-        base = Path(str(values["out"])).expanduser()
-        return base / name if many else base
-    stem = bag.resolve().name
-    for suffix in (".zstd", ".mcap", ".db3", ".bag"):
-        stem = stem.removesuffix(suffix)
-    return Path("flex_ident_results") / f"{stem}_{name}"
+def say_unwritten(prog: str, why: UsageError | None, *, asked_for: bool) -> int:
+    """One line on standard error where a result was not written; the exit status that it brings."""
+    if why is None:
+        return 0
+    print(f"{prog}: {one_line(why)} The result is printed only.", file=sys.stderr)
+    return why.exit_status if asked_for else 0
 
 
 def say_what_was_read(recording: Recording) -> None:

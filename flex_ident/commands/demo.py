@@ -7,12 +7,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flex_ident.commands.jobs import FinishedIdentification, finished_identification
 from flex_ident.commands.truth import HEADER, truth_rows_text
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Value
 from flex_ident.errors import DataError
+from flex_ident.jobs.identifying import FinishedIdentification, finished_identification
+from flex_ident.jobs.places import Place
+from flex_ident.report.folder import made_folder
 from flex_ident.report.table import result_text, text_table
-from flex_ident.report.writing import made_folder
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
 
 Say = Callable[[str], None]
@@ -47,4 +48,4 @@ def generated_run(folder: Path, *, seed: int, say: Say) -> FinishedIdentificatio
     say(f"     recorded: {bag}")
     say("2/2  identifying")
     values: dict[str, Value] = {s.key: s.default for s in IDENTIFY_SETTINGS}
-    return finished_identification(bag, values, lambda _joint: folder)
+    return finished_identification(bag, values, Place(lambda _joint: folder, shared=False))

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, Effect
-from flex_ident.estimation.problem import FitProblem
-from flex_ident.gap.candidates import candidates
-from flex_ident.gap.options import GapOptions
 from flex_ident.gap.where import variables
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.keys import key_text
 from flex_ident.recording import Floats
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
+from flex_ident.screening.candidates import candidates
 from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
 
 BAND_HZ = 30.0
@@ -27,7 +27,7 @@ def catalogue_text() -> str:
 def _effect_text(effect: Effect) -> str:
     lines = [f"{effect.name}: {effect.summary}", f"  equation    {effect.equation}"]
     for p in effect.parameters:
-        lines.append(f"  parameter   {effect.name}.{p.name} [{p.unit}] {p.meaning}")
+        lines.append(f"  parameter   {key_text(effect.name, p.name)} [{p.unit}] {p.meaning}")
     lines += textwrap.wrap(f"  signature   {effect.signature}", 110, subsequent_indent=" " * 14)
     if effect.confused_with:
         lines.append(f"  like        {', '.join(effect.confused_with)}; told apart by {effect.separated_by}")
@@ -71,8 +71,7 @@ def _clean_problem() -> tuple[FitProblem, dict[str, float]]:
 
 
 def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> bytes:
-    options = GapOptions(effects=(effect.name,), without=("MX", "MY"))
-    tries = [c for c in candidates(problem, base, options) if not c.side]
+    tries = [c for c in candidates(problem, base, effects=(effect.name,)) if not c.side]
     middle = tries[len(tries) // 2]
     change = problem.residuals({**base, **middle.probes[0]})[0] - problem.residuals(base)[0]
     known = {v.name: v for v in variables(problem, base)}

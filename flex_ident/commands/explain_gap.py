@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from flex_ident.commands.common import (
@@ -14,14 +15,25 @@ from flex_ident.commands.common import (
     command_parser,
     exit_status,
     given_settings,
-    output_folder,
+    say_unwritten,
     say_what_was_read,
     stage_bars,
 )
 from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS
 
 PROG = "explain_gap"
-SETTINGS = (*(s for s in IDENTIFY_SETTINGS if s.key not in ("method", "cutoff_sweep")), *GAP_SETTINGS)
+EXAMPLES = (
+    "explain_gap my_bag",
+    "explain_gap my_bag --model results/model.yaml           # what that model lacks",
+    "explain_gap my_bag --without MX,MY --out results/gap    # a base without gravity",
+    "explain_gap my_bag --simulated my_simulators_bag        # what a simulator of the same motion has wrong",
+)
+MODEL_TEXT = "a model.yaml: the base whose gap is sought; its parameters are identified again"
+SETTINGS = (
+    *(replace(s, description=MODEL_TEXT) if s.key == "model" else s
+      for s in IDENTIFY_SETTINGS if s.key not in ("method", "cutoff_sweep")),
+    *GAP_SETTINGS,
+)  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -30,30 +42,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    parser = command_parser(PROG, "Finds where simulation and measurement disagree, and names what is missing.")
+    text = "Finds where simulation and measurement disagree, and names what is missing."
+    parser = command_parser(PROG, text, EXAMPLES)
     parser.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag")
     add_settings(parser, SETTINGS)
     parser.add_argument("--method", metavar="auto", default="auto", help="auto, the only method that explain_gap has")
     add_output_options(parser)
     given = parser.parse_args(arguments)
     values = given_settings(given, SETTINGS)
-    from flex_ident.commands.gap_jobs import finished_explanation, gap_options
     from flex_ident.errors import UsageError
+    from flex_ident.jobs.explaining import finished_explanation
+    from flex_ident.jobs.options import gap_options
+    from flex_ident.jobs.places import place_of
+    from flex_ident.report.folder import GAP_REPORT
     from flex_ident.report.gap_table import gap_text
-    from flex_ident.report.writing import GAP_REPORT, made_folder
 
     if given.method != "auto":
         raise UsageError(f"--method {given.method}: explain_gap knows only auto. identify_bag has the other methods.")
     if values["joint"] == "all":
         raise UsageError("--joint all: explain_gap takes one joint.")
     gap_options(values)
-    if values["out"]:
-        made_folder(Path(str(values["out"])).expanduser())
     quiet = bool(given.quiet or given.json)
+    place = place_of(values, given.bag, needed=not given.json)
     with stage_bars(shown=not quiet) as progress:
         done = finished_explanation(
-            given.bag, values, lambda joint: output_folder(values, given.bag, joint),
-            plots=not given.no_plots, progress=progress,
+            given.bag, values, place, plots=not given.no_plots, progress=progress,
             read=say_what_was_read if not quiet else lambda _recording: None,
         )  # fmt: skip
     if given.json:
@@ -70,7 +83,8 @@ def _run(arguments: Sequence[str] | None) -> int:
             kept = f"report.html is identify_bag's as before, this one is {GAP_REPORT}; " if not given.no_plots else ""
             print(f"the folder holds a result of identify_bag: {kept}model.yaml and parameters.yaml are now those of "
                   "the final model above.")  # fmt: skip
-    return 0 if done.explanation.determined else REJECTED
+    unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
+    return unwritten if done.explanation.determined else REJECTED
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, compare, export, effects."""
+"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, compare, export, effects, codes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from flex_ident.commands.common import (
     add_settings,
@@ -14,19 +15,33 @@ from flex_ident.commands.common import (
     exit_status,
     finite_number,
     given_settings,
+    help_end,
     seed_number,
 )
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
 
 PROG = "flex_ident"
-SIGNAL_SETTINGS = tuple(
-    s
-    for s in IDENTIFY_SETTINGS
-    if s.key
-    in ("joint", "motor_position", "link_position", "effort", "reference", "effort_scale", "gear_ratio", "sensors")
-)
+SIGNAL_KEYS = (
+    "joint", "motor_position", "link_position", "effort", "reference", "effort_scale", "gear_ratio", "sensors",
+)  # fmt: skip
+SIGNAL_SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key in SIGNAL_KEYS)
 """What says where the signals of a joint are."""
+
+
+RESULT_TEXT = "result.json, gap.json or a folder that holds one; result.json where both are there"
+EXAMPLES = {
+    "all": ("flex_ident demo", "flex_ident check-bag my_bag", "flex_ident SUBCOMMAND --help"),
+    "demo": ("flex_ident demo", "flex_ident demo --without-ros --seed 3 --out results/demo"),
+    "design-filter": ("flex_ident design-filter --first-mode 3.9 --sample-rate 350.87 --figure figure_1.png",),
+    "reproduce-paper": ("flex_ident reproduce-paper --out results/paper",),
+    "check-bag": ("flex_ident check-bag my_bag", "flex_ident check-bag my_bag --joint joint_2"),
+    "compare": ("flex_ident compare results/monday results/friday", "flex_ident compare a/result.json a/gap.json"),
+    "export": ("flex_ident export results/elbow --to mujoco --out elbow.xml", "flex_ident export a/gap.json --to csv"),
+    "effects": ("flex_ident effects",),
+    "codes": ("flex_ident codes", "flex_ident codes --markdown > docs/codes.md"),
+}
+"""What `--help` shows, by subcommand."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,18 +50,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    parser = command_parser(PROG, "Filter design, the paper's experiment, bags, results and the catalogue of effects.")
+    parser = command_parser(
+        PROG, "Filter design, the paper's experiment, bags, results and the catalogue of effects.", EXAMPLES["all"]
+    )
     sub = parser.add_subparsers(dest="subcommand", metavar="SUBCOMMAND", required=True)
-    _demo(sub.add_parser("demo", help="a whole run on the virtual joint: excite, record, identify, report"))
-    _design_filter(sub.add_parser("design-filter", help="eqs. 22 to 29: cutoff and sampling rate from the first mode"))
-    _reproduce_paper(sub.add_parser("reproduce-paper", help="section 4 of the paper: Tables 1 to 3, Figures 1 and 2"))
-    _check_bag(sub.add_parser("check-bag", help="what a bag holds and whether a joint can be identified from it"))
-    _compare(sub.add_parser("compare", help="results side by side, with the differences that are beyond chance"))
-    _export(sub.add_parser("export", help="a result as URDF dynamics, MuJoCo XML, YAML or CSV"))
-    _effects(sub.add_parser("effects", help="the catalogue of effects"))
+    _demo(_added(sub, "demo", "a whole run on the virtual joint: excite, record, identify, report"))
+    _design_filter(_added(sub, "design-filter", "eqs. 22 to 29: cutoff and sampling rate from the first mode"))
+    _reproduce_paper(_added(sub, "reproduce-paper", "section 4 of the paper: Tables 1 to 3, Figures 1 and 2"))
+    _check_bag(_added(sub, "check-bag", "what a bag holds and whether a joint can be identified from it"))
+    _compare(_added(sub, "compare", "results side by side, with the differences that are beyond chance"))
+    _export(_added(sub, "export", "a result as URDF dynamics, MuJoCo XML, YAML or CSV"))
+    _effects(_added(sub, "effects", "the catalogue of effects"))
+    _codes(_added(sub, "codes", "every code that a warning may have, what it means and what to do"))
     given = parser.parse_args(arguments)
     status: int = given.function(given)
     return status
+
+
+def _added(sub: Any, name: str, text: str) -> argparse.ArgumentParser:
+    """A subcommand's parser, with what it does, examples and exit statuses in its `--help`."""
+    parser: argparse.ArgumentParser = sub.add_parser(
+        name, help=text, description=f"{text[:1].upper()}{text[1:]}.", epilog=help_end(EXAMPLES[name]),
+        allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    return parser
 
 
 def _demo(parser: argparse.ArgumentParser) -> None:
@@ -125,7 +152,7 @@ def _check_bag(parser: argparse.ArgumentParser) -> None:
 
     def run(given: argparse.Namespace) -> int:
         from flex_ident.commands.check_bag import bag_check
-        from flex_ident.commands.options import signal_selection
+        from flex_ident.jobs.options import signal_selection
 
         text, error = bag_check(given.bag, signal_selection(given_settings(given, SIGNAL_SETTINGS)))
         print(text)
@@ -137,10 +164,16 @@ def _check_bag(parser: argparse.ArgumentParser) -> None:
 
 
 def _compare(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="result.json or its folder")
+    parser.add_argument(
+        "results",
+        type=Path,
+        nargs="+",
+        metavar="RESULT",
+        help=RESULT_TEXT,
+    )
 
     def run(given: argparse.Namespace) -> int:
-        from flex_ident.commands.compare import compared
+        from flex_ident.report.comparison import compared
 
         if len(given.results) < 2:
             raise UsageError("compare needs two results or more.")
@@ -151,14 +184,19 @@ def _compare(parser: argparse.ArgumentParser) -> None:
 
 
 def _export(parser: argparse.ArgumentParser) -> None:
-    from flex_ident.commands.formats import FORMATS
+    from flex_ident.report.export.formats import FORMATS
 
-    parser.add_argument("result", type=Path, metavar="RESULT", help="result.json or its folder")
+    parser.add_argument(
+        "result",
+        type=Path,
+        metavar="RESULT",
+        help=RESULT_TEXT,
+    )
     parser.add_argument("--to", required=True, choices=FORMATS, help="the format")
     parser.add_argument("--out", type=Path, metavar="FILE", help="default: standard output")
 
     def run(given: argparse.Namespace) -> int:
-        from flex_ident.commands.export import exported
+        from flex_ident.report.export import exported
 
         text = exported(given.result, given.to)
         if given.out is None:
@@ -178,6 +216,18 @@ def _effects(parser: argparse.ArgumentParser) -> None:
         from flex_ident.commands.effects_catalogue import catalogue_text
 
         print(catalogue_text())
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _codes(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--markdown", action="store_true", help="as docs/codes.md")
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.report.codes import codes_page, codes_text
+
+        print(codes_page().rstrip() if given.markdown else codes_text())
         return 0
 
     parser.set_defaults(function=run)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +18,24 @@ from flex_ident.commands.common import (
     exit_status,
     given_settings,
     one_line,
-    output_folder,
+    say_unwritten,
     say_what_was_read,
     stage_bars,
 )
-from flex_ident.configuration.settings import Value
-from flex_ident.errors import DataError, ExcitationError
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS, Value
+from flex_ident.errors import DataError
 
 PROG = "identify_bag"
+EXAMPLES = (
+    "identify_bag my_bag",
+    "identify_bag my_bag --joint joint_2 --effort-scale 12.5   # effort in A, N m per A on the link side",
+    "identify_bag my_bag --joint all --out results             # each joint that moves, in results/JOINT",
+    "identify_bag my_bag --rigid --json                        # no spring; result.json on standard output",
+)
+SETTINGS = tuple(
+    replace(s, description=f"{s.description}; 'all' for each that moves") if s.key == "joint" else s
+    for s in IDENTIFY_SETTINGS
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,22 +44,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    parser = command_parser(PROG, "Identifies a joint's stiffness, inertia, friction and gravity from a recording.")
+    parser = command_parser(
+        PROG, "Identifies a joint's stiffness, inertia, friction and gravity from a recording.", EXAMPLES
+    )
     parser.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag")
-    add_settings(parser)
+    add_settings(parser, SETTINGS)
     add_output_options(parser)
     given = parser.parse_args(arguments)
-    values = given_settings(given)
-    bag: Path = given.bag
+    values = given_settings(given, SETTINGS)
+    from flex_ident.jobs.joints import moving_joints
+
     every = values["joint"] == "all"
-    quiet = bool(given.quiet or given.json)
     status = 0
     contents: list[dict[str, Any]] = []
-    joints = _joints(bag) if every else [str(values["joint"])]
+    joints = moving_joints(given.bag) if every else [str(values["joint"])]
     for joint in joints:
-        own = {**values, "joint": joint}
         try:
-            content = _identified(bag, own, quiet=quiet, plots=not given.no_plots, many=len(joints) > 1)
+            content, own = _identified(given, {**values, "joint": joint}, many=len(joints) > 1)
         except DataError as error:
             if not every:
                 raise
@@ -55,40 +68,30 @@ def _run(arguments: Sequence[str] | None) -> int:
             status = max(status, error.exit_status)
             continue
         contents.append(content)
-        status = max(status, REJECTED if content["verdict"] == "rejected" else 0)
+        status = max(status, own)
     if given.json:
         json.dump(contents if every else contents[0], sys.stdout, allow_nan=False)
         print()
     return status
 
 
-def _joints(bag: Path) -> list[str]:
-    """Every joint that moves. Raises BagError and ExcitationError."""
-    from flex_ident.bags.reading import STILL, joint_motions
-
-    names = [m.name for m in joint_motions(bag) if not m.link and m.range > STILL]
-    if not names:
-        raise ExcitationError(f"{bag}: no joint moved. Record while a joint follows a chirp.")
-    return list(dict.fromkeys(names))
-
-
-def _identified(bag: Path, values: Mapping[str, Value], *, quiet: bool, plots: bool, many: bool) -> dict[str, Any]:
-    """The content of one joint's `result.json`, after it was written and told."""
-    from flex_ident.commands.jobs import finished_identification
+def _identified(given: argparse.Namespace, values: Mapping[str, Value], *, many: bool) -> tuple[dict[str, Any], int]:
+    """The content of one joint's `result.json`, after it was written and told, and the exit status."""
+    from flex_ident.jobs.identifying import finished_identification
+    from flex_ident.jobs.places import place_of
     from flex_ident.report.table import result_text
-    from flex_ident.report.writing import made_folder
 
-    if values["out"]:
-        made_folder(Path(str(values["out"])).expanduser())
-
+    quiet = bool(given.quiet or given.json)
+    place = place_of(values, given.bag, many=many, needed=not given.json)
     with stage_bars(shown=not quiet) as progress:
         done = finished_identification(
-            bag, values, lambda joint: output_folder(values, bag, joint, many=many),
-            plots=plots, progress=progress, read=say_what_was_read if not quiet else lambda _recording: None,
+            given.bag, values, place, plots=not given.no_plots, progress=progress,
+            read=say_what_was_read if not quiet else lambda _recording: None,
         )  # fmt: skip
     if not quiet:
         print(f"\n{result_text(done.result)}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
-    return done.content
+    unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
+    return done.content, REJECTED if done.result.verdict == "rejected" else unwritten
 
 
 if __name__ == "__main__":

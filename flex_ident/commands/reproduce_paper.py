@@ -13,9 +13,9 @@ from flex_ident.parameters import Identification
 from flex_ident.recording import Recording
 from flex_ident.regression import identify_linear
 from flex_ident.report.figures import write_pngs
+from flex_ident.report.folder import made_folder
 from flex_ident.report.identification_plots import torque_plot
 from flex_ident.report.table import rounded, text_table
-from flex_ident.report.writing import made_folder
 from flex_ident.virtual_joint import PAPER_JOINT, Experiment, MeasurementChain, virtual_recording
 
 FIRST_MODE_HZ = 3.9

@@ -66,7 +66,7 @@ class Setting:
 PLACE = "TOPIC[:NAME[.FIELD]]"
 
 IDENTIFY_SETTINGS: tuple[Setting, ...] = (
-    Setting("joint", "", "the joint to identify; 'all' for each that moves; without it the only joint that moves"),
+    Setting("joint", "", "the joint to identify; without it the only joint that moves"),
     Setting("motor_position", "", "where the motor position is", metavar=PLACE),
     Setting("link_position", "", "where the link position is", metavar=PLACE),
     Setting("effort", "", "where the effort is", metavar=PLACE),

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 from flex_ident.effects.backlash import BACKLASH
-from flex_ident.effects.effect import Effect
+from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
@@ -21,6 +24,7 @@ from flex_ident.effects.torque_ripple import TORQUE_RIPPLE
 from flex_ident.effects.viscous_asymmetry import VISCOUS_ASYMMETRY
 from flex_ident.effects.viscous_nonlinearity import VISCOUS_NONLINEARITY
 from flex_ident.errors import ConfigurationError
+from flex_ident.parameters.keys import key_parts, key_text
 
 CATALOGUE: dict[str, Effect] = {
     effect.name: effect
@@ -54,6 +58,22 @@ def effect_named(name: str) -> Effect:
         raise ConfigurationError(f"unknown effect '{name}': expected one of {', '.join(CATALOGUE)}.") from None
 
 
+def parameter_named(key: str) -> EffectParameter:
+    """The parameter of a flat key, `effect.name`. Raises ConfigurationError on an effect, KeyError on a parameter."""
+    effect, name = key_parts(key)
+    return effect_named(effect or key).parameter(name)
+
+
+def trade_error(key: str, values: Mapping[str, float]) -> float:
+    """Standard deviation of a flat key, as effects among the flat `values` and base keys stand in for each other."""
+    errors = []
+    for effect in CATALOGUE.values():
+        own = [key_text(effect.name, p.name) for p in effect.parameters]
+        if effect.trades_with and key in (*own, *effect.trades_with):
+            errors.append(effect.trade_error * values.get(own[0], 0.0))
+    return math.hypot(*errors)
+
+
 def check_effect_parameters(name: str, parameters: dict[str, float]) -> None:
     """Raise ConfigurationError where a parameter is unknown or outside its physical range."""
     effect = effect_named(name)
@@ -62,6 +82,5 @@ def check_effect_parameters(name: str, parameters: dict[str, float]) -> None:
         if key not in known:
             raise ConfigurationError(f"effect {name} has no parameter '{key}': expected {', '.join(known)}.")
         if not known[key].lower <= value <= known[key].upper:
-            raise ConfigurationError(
-                f"{name}.{key} is {value}: expected {known[key].lower} to {known[key].upper} {known[key].unit}."
-            )
+            text, p = key_text(name, key), known[key]
+            raise ConfigurationError(f"{text} is {value}: expected {p.lower} to {p.upper} {p.unit}.")

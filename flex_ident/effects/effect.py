@@ -9,7 +9,10 @@ from typing import Literal
 import numpy as np
 
 from flex_ident.effects.probe import Probe, Scales
+from flex_ident.effects.starting import Scans, Start
+from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
 
 EXACT = 0.01
 """Law error of what is geometry, time or arithmetic rather than a model of a material."""
@@ -21,21 +24,30 @@ Where = Literal["motor", "spring", "link", "measurement"]
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """One number of an effect: its name, unit, the range that physics allows, and what a step of it looks like."""
+    """One number of an effect: what it is, the range that physics allows, and the term it adds to, times `factor`."""
 
     name: str
     unit: str
     meaning: str
+    term: Term
+    factor: float = 1.0
     lower: float = float("-inf")
     upper: float = float("inf")
+    angle: bool = False
+    """An angle: it has no size, and no limit that would mean anything."""
+
+    @property
+    def on_link(self) -> bool:
+        """Whether it belongs to the variant of its effect on the link's side, alone."""
+        return self.name.endswith("_link")
 
 
 @dataclass(frozen=True)
 class Effect:
     """A physical effect: its equation, what it adds to the simulation, and how to recognise it.
 
-    `contribute(terms, parameters)` writes into the vector of `simulation.terms.Term` in place. `probes(scales)` gives
-    the sizes and shapes at which it enters the regression on what a model leaves.
+    `parameters` say to which terms of the simulation it adds: its law. `probes(scales)` gives the sizes and shapes at
+    which it enters the regression on what a model leaves.
     `bin_by` names the variable against which its residual is to be looked at; `confused_with` the effects whose
     residual is alike, `separated_by` the experiment that tells them apart.
     """
@@ -44,7 +56,6 @@ class Effect:
     summary: str
     equation: str
     parameters: tuple[EffectParameter, ...]
-    contribute: Callable[[Floats, Mapping[str, float]], None]
     probes: Callable[[Scales], Iterator[Probe]]
     where: Where
     signature: str
@@ -65,6 +76,18 @@ class Effect:
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
     imitable: float = 1.0
     """Share of the error of method and laws that could look like this effect."""
+    cycles: str = ""
+    """Name of the parameter that says how many periods it has in a turn of the motor; empty for what has none."""
+    start: Callable[[Scans], Start | None] | None = None
+    """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
+    priors: Callable[[Floats], Mapping[str, Prior]] | None = None
+    """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
+    reach: Callable[[Mapping[str, float], Mapping[str, float]], str] | None = None
+    """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
+    trades_with: tuple[str, ...] = ()
+    """Base keys that stand in for it but for little."""
+    trade_error: float = 0.0
+    """Share of its first parameter by which this and they may be wrong for it, one standard deviation."""
 
     def parameter(self, name: str) -> EffectParameter:
         """The parameter of that name; KeyError if there is none."""
@@ -72,3 +95,8 @@ class Effect:
             if parameter.name == name:
                 return parameter
         raise KeyError(name)
+
+    def contribute(self, terms: Floats, values: Mapping[str, float]) -> None:
+        """Add its parameters, those in `values`, to the vector of terms (len(Term),) in place."""
+        for parameter in self.parameters:
+            terms[parameter.term] += parameter.factor * values.get(parameter.name, 0.0)

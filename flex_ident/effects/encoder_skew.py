@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.LINK_SKEW] += p.get("skew", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -23,9 +18,10 @@ ENCODER_SKEW = Effect(
     summary="link and motor positions recorded at different times",
     equation="link position recorded at t is that of t - skew",
     parameters=(
-        EffectParameter("skew", "s", "time by which the link position is recorded late", lower=-0.1, upper=0.1),
+        EffectParameter(
+            "skew", "s", "time by which the link position is recorded late", Term.LINK_SKEW, lower=-0.1, upper=0.1
+        ),
     ),
-    contribute=_contribute,
     probes=_probes,
     replaces="link_skew",
     where="measurement",

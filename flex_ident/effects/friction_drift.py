@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.FRICTION_RATE] += p.get("rate", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -22,8 +17,11 @@ FRICTION_DRIFT = Effect(
     name="friction_drift",
     summary="friction changes over the recording (warm-up)",
     equation="all friction times (1 + rate t)",
-    parameters=(EffectParameter("rate", "1/s", "relative change of all friction in a second", lower=-0.1, upper=0.1),),
-    contribute=_contribute,
+    parameters=(
+        EffectParameter(
+            "rate", "1/s", "relative change of all friction in a second", Term.FRICTION_RATE, lower=-0.1, upper=0.1
+        ),
+    ),
     probes=_probes,
     where="motor",
     signature="a residual with the sign of the velocity whose size changes with time",

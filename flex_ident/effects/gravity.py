@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY, Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.GRAVITY_COS] += GRAVITY * p.get("MX", 0.0)
-    terms[Term.GRAVITY_SIN] += GRAVITY * p.get("MY", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -28,10 +22,9 @@ GRAVITY_EFFECT = Effect(
     summary="first moments that the base model leaves out",
     equation="MX g cos q + MY g sin q",
     parameters=(
-        EffectParameter("MX", "kg m", "first moment along the link's x axis"),
-        EffectParameter("MY", "kg m", "first moment along the link's y axis"),
+        EffectParameter("MX", "kg m", "first moment along the link's x axis", Term.GRAVITY_COS, factor=GRAVITY),
+        EffectParameter("MY", "kg m", "first moment along the link's y axis", Term.GRAVITY_SIN, factor=GRAVITY),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="link",
     signature="a residual that depends on position alone",

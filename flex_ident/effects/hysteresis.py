@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.HYSTERESIS_TORQUE] += p.get("torque", 0.0)
-    terms[Term.HYSTERESIS_DEFLECTION] = p.get("deflection", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -25,10 +19,11 @@ HYSTERESIS = Effect(
     summary="spring torque depends on the direction of deflection",
     equation="tau + torque z, dz/dd = (1 - z sign(d')) / deflection",
     parameters=(
-        EffectParameter("torque", "N m", "half the height of the loop", lower=0.0),
-        EffectParameter("deflection", "rad", "deflection over which the torque turns round", lower=1e-9),
+        EffectParameter("torque", "N m", "half the height of the loop", Term.HYSTERESIS_TORQUE, lower=0.0),
+        EffectParameter(
+            "deflection", "rad", "deflection over which the torque turns round", Term.HYSTERESIS_DEFLECTION, lower=1e-9
+        ),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="spring",
     signature="a loop of the residual over deflection that does not depend on speed",

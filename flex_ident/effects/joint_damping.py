@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
+from flex_ident.effects.starting import Scans, Start
 from flex_ident.simulation.terms import Term
 
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.SPRING_DAMPING] += p.get("damping", 0.0)
+LEAST_FRICTION = 0.05
+"""Share of the link's viscous friction that is left when damping takes its part over."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -20,15 +19,33 @@ def _probes(scales: Scales) -> Iterator[Probe]:
     yield in_proportion("damping", scales.model["K"] / omega, one_sided=True)
 
 
+def _start(scans: Scans) -> Start | None:
+    """The damping that a skew of the encoders and the link's friction stood in for."""
+    values = scans.values
+    damping = -values.get("link_skew", 0.0) * values["K"]
+    if damping <= 0.0:
+        return None
+    friction = {k: max(v - damping, LEAST_FRICTION * v) for k, v in values.items() if k == "FV"}
+    return Start({**values, **friction, "link_skew": 0.0}, {"damping": damping})
+
+
 JOINT_DAMPING = Effect(
     name="joint_damping",
     summary="viscous damping across the spring",
     equation="tau + damping d'",
     parameters=(
-        EffectParameter("damping", "N m s/rad", "torque through the transmission a rate of deflection", lower=0.0),
+        EffectParameter(
+            "damping",
+            "N m s/rad",
+            "torque through the transmission a rate of deflection",
+            Term.SPRING_DAMPING,
+            lower=0.0,
+        ),
     ),
-    contribute=_contribute,
     probes=_probes,
+    start=_start,
+    trades_with=("FV", "FVm"),
+    trade_error=0.03,  # it, friction on either side and the encoders' instants: found on two plants, not the model
     where="spring",
     signature="a residual proportional to the rate of deflection, largest at resonance",
     bin_by="deflection_rate",

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import FINE, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, periodic
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.KINEMATIC_ERROR] += p.get("amplitude", 0.0)
-    terms[Term.KINEMATIC_CYCLES] = p.get("cycles_per_turn", 0.0)
-    terms[Term.KINEMATIC_PHASE] = p.get("phase", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -25,13 +18,13 @@ KINEMATIC_ERROR = Effect(
     summary="transmission error periodic in motor angle",
     equation="d = qm + e - q, e = amplitude sin(cycles_per_turn qm + phase); the motor bears tau (1 + de/dqm)",
     parameters=(
-        EffectParameter("amplitude", "rad", "amplitude of the error", lower=0.0),
-        EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", lower=0.1),
-        EffectParameter("phase", "rad", "phase at position zero"),
+        EffectParameter("amplitude", "rad", "amplitude of the error", Term.KINEMATIC_ERROR, lower=0.0),
+        EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", Term.KINEMATIC_CYCLES, lower=0.1),
+        EffectParameter("phase", "rad", "phase at position zero", Term.KINEMATIC_PHASE, angle=True),
     ),
-    contribute=_contribute,
     probes=_probes,
     refined=("cycles_per_turn", FINE),
+    cycles="cycles_per_turn",
     where="spring",
     signature="a line over motor angle that passes through the spring: it grows at resonance",
     bin_by="motor_position",

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.MOTOR_LOAD_FRICTION] += p.get("coefficient", 0.0)
-    terms[Term.LINK_LOAD_FRICTION] += p.get("coefficient_link", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -25,10 +19,15 @@ LOAD_DEPENDENT_FRICTION = Effect(
     summary="Coulomb friction grows with transmitted torque",
     equation="coefficient abs(tau) sign(v)",
     parameters=(
-        EffectParameter("coefficient", "1", "share of the transmitted torque that is lost as friction", lower=0.0),
-        EffectParameter("coefficient_link", "1", "the same on the link", lower=0.0),
+        EffectParameter(
+            "coefficient",
+            "1",
+            "share of the transmitted torque that is lost as friction",
+            Term.MOTOR_LOAD_FRICTION,
+            lower=0.0,
+        ),
+        EffectParameter("coefficient_link", "1", "the same on the link", Term.LINK_LOAD_FRICTION, lower=0.0),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="motor",
     signature="a residual proportional to the transmitted torque's size, with the sign of the velocity",

@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
+from flex_ident.effects.starting import Scans, Shape, Start
 from flex_ident.simulation.terms import Term
 
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.CUBIC_STIFFNESS] += p.get("cubic", 0.0)
+BENT = 0.02
+"""Residual over torque, rms, from which the spring's law is scanned."""
+HARDENINGS = (-0.1, -0.03, 0.01, 0.03, 0.1, 0.3)
+"""Cubic over linear part of the spring's torque at the rms deflection of the best linear spring."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     yield in_proportion("cubic", scales.load / scales.deflection**3)
+
+
+def _start(scans: Scans) -> Start | None:
+    """How the spring hardens or softens: the best linear spring has its resonance elsewhere."""
+    bend = scans.scales.deflection
+    if scans.rigid or scans.residual < BENT * scans.scales.torque:
+        return None
+
+    def hardening(share: float) -> Shape:
+        return lambda square: {Term.CUBIC_STIFFNESS: share * square / bend**2}
+
+    which, model = scans.scanned_springs([hardening(share) for share in HARDENINGS])
+    inertia = model["JL"]
+    square = model["K"] / inertia
+    return Start(model, {"cubic": HARDENINGS[which] * square / bend**2 * inertia})
 
 
 NONLINEAR_STIFFNESS = Effect(
@@ -23,10 +39,15 @@ NONLINEAR_STIFFNESS = Effect(
     summary="hardening or softening spring",
     equation="tau + cubic d^3",
     parameters=(
-        EffectParameter("cubic", "N m/rad^3", "third-order coefficient of the spring, negative where it softens"),
+        EffectParameter(
+            "cubic",
+            "N m/rad^3",
+            "third-order coefficient of the spring, negative where it softens",
+            Term.CUBIC_STIFFNESS,
+        ),
     ),
-    contribute=_contribute,
     probes=_probes,
+    start=_start,
     where="spring",
     signature="a residual odd in deflection that grows with its cube",
     bin_by="spring_deflection",

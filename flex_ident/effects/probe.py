@@ -16,6 +16,8 @@ PLAUSIBLE = 0.05
 """Largest size worth testing for, in the units of the smooth probes."""
 SAMPLES = 30.0
 """Samples by which a time that is recorded wrongly would change the prediction by about its own size."""
+SIZES = (0.2, 3.0)
+"""Smallest and largest multiple of a probe of its own size from which a fit starts."""
 MOST_CYCLES = 90
 """Largest number of spatial frequencies tried for a periodic effect."""
 
@@ -68,6 +70,22 @@ class Probe:
     """The prediction changes in proportion to the size: the probe is small and says by how much it must grow."""
     base: Mapping[str, float] = field(default_factory=dict)
     """Values of the model's own keys from which a fit with this probe had better start."""
+    raced: bool = False
+    """Where the effect's refit races from several shapes: whether this is one of them."""
+    phased: bool = False
+    """Its columns are the sine and the cosine of one amplitude and phase."""
+
+    def start(self, sizes: tuple[float, ...]) -> dict[str, float]:
+        """Values of the parameters from which a fit starts, `sizes` being the linear estimates for each column."""
+        values = dict(self.columns[0])
+        if self.phased:
+            values["amplitude"] *= math.hypot(*sizes)
+            values["phase"] = math.atan2(sizes[1], sizes[0])
+            return values
+        if len(self.columns) > 1:
+            return {k: sum(a * p[k] for a, p in zip(sizes, self.columns, strict=True)) for k in values}
+        size = sizes[0] if self.smooth else float(np.clip(sizes[0], *SIZES))
+        return {k: v * size if k in self.scaled else v for k, v in values.items()}
 
 
 def at_size(parameters: Mapping[str, float], *, scaled: tuple[str, ...] = (), **base: float) -> Probe:
@@ -87,4 +105,4 @@ def periodic(scales: Scales, unit: float) -> Iterator[Probe]:
     count = int(min(MOST_CYCLES, max(12, (high - low) / (0.35 * low))))
     for cycles in np.geomspace(low, high, count):
         sine = {"amplitude": SMOOTH_PROBE * unit, "cycles_per_turn": float(cycles), "phase": 0.0}
-        yield Probe((sine, {**sine, "phase": 0.5 * math.pi}), ("amplitude",), one_sided=False, smooth=True)
+        yield Probe((sine, {**sine, "phase": 0.5 * math.pi}), ("amplitude",), one_sided=False, smooth=True, phased=True)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from flex_ident.effects.effect import COARSE, EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.SECOND_INERTIA] += p.get("inertia", 0.0)
-    terms[Term.SECOND_STIFFNESS] += p.get("stiffness", 0.0)
-    terms[Term.SECOND_DAMPING] += p.get("damping", 0.0)
+SHARES = (0.06, 0.2)
+"""Inertias tried, over the link's; a refit races from the first of them at each frequency."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -26,19 +23,19 @@ def _probes(scales: Scales) -> Iterator[Probe]:
     seen = scales.link_mode()
     if seen is not None:
         frequency_hz, share = seen
-        yield _mass(frequency_hz, link * share / (1.0 + share), 0.02, link)
+        yield _mass(frequency_hz, link * share / (1.0 + share), 0.02, link, raced=True)
     locked = math.sqrt(stiffness / link) / (2.0 * math.pi)
     highest = max(0.6 * locked, min(5.0 * locked, scales.band_hz))
-    for frequency, share in product(np.geomspace(0.6 * locked, highest, 10), (0.06, 0.2)):
-        yield _mass(float(frequency), share * link, 0.03, link)
+    for frequency, share in product(np.geomspace(0.6 * locked, highest, 10), SHARES):
+        yield _mass(float(frequency), share * link, 0.03, link, raced=share == SHARES[0])
 
 
-def _mass(frequency_hz: float, inertia: float, damping_ratio: float, link_inertia: float) -> Probe:
+def _mass(frequency_hz: float, inertia: float, damping_ratio: float, link_inertia: float, *, raced: bool) -> Probe:
     """A part of the link's inertia behind a further spring."""
     omega = 2.0 * math.pi * frequency_hz
     damping = 2.0 * damping_ratio * inertia * omega
     parameters = {"inertia": inertia, "stiffness": inertia * omega**2, "damping": damping}
-    return at_size(parameters, JL=link_inertia - inertia)
+    return replace(at_size(parameters, JL=link_inertia - inertia), raced=raced)
 
 
 SECOND_MODE = Effect(
@@ -46,11 +43,10 @@ SECOND_MODE = Effect(
     summary="another resonance inside the band",
     equation="inertia q2'' = stiffness (q - q2) + damping (q' - q2')",
     parameters=(
-        EffectParameter("inertia", "kg m^2", "inertia behind the further spring", lower=0.0),
-        EffectParameter("stiffness", "N m/rad", "stiffness of the further spring", lower=0.0),
-        EffectParameter("damping", "N m s/rad", "damping across the further spring", lower=0.0),
+        EffectParameter("inertia", "kg m^2", "inertia behind the further spring", Term.SECOND_INERTIA, lower=0.0),
+        EffectParameter("stiffness", "N m/rad", "stiffness of the further spring", Term.SECOND_STIFFNESS, lower=0.0),
+        EffectParameter("damping", "N m s/rad", "damping across the further spring", Term.SECOND_DAMPING, lower=0.0),
     ),
-    contribute=_contribute,
     probes=_probes,
     refined=("stiffness", COARSE),
     raced=True,

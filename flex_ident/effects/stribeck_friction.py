@@ -6,15 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.MOTOR_STRIBECK] += p.get("amplitude", 0.0)
-    terms[Term.MOTOR_STRIBECK_VELOCITY] = p.get("velocity", 0.0)
-    terms[Term.LINK_STRIBECK] += p.get("amplitude_link", 0.0)
-    terms[Term.LINK_STRIBECK_VELOCITY] = p.get("velocity_link", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -24,18 +16,32 @@ def _probes(scales: Scales) -> Iterator[Probe]:
             yield at_size(shape, scaled=(f"amplitude{side}",))
 
 
+LARGEST_SHARE = 3.0
+"""Peak over the dry friction that it rises from: break-away is up to a few times the friction in motion."""
+
+
+def _reach(own: Mapping[str, float], model: Mapping[str, float]) -> str:
+    dry = sum(abs(model.get(k, 0.0)) for k in ("FSm", "FS"))
+    peak = max(own["amplitude"], own["amplitude_link"])
+    if peak <= LARGEST_SHARE * dry:
+        return ""
+    return f"a peak of {peak:.3g} N m does not go with a dry friction of {dry:.3g} N m"
+
+
 STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
     summary="friction falls as speed rises from zero",
     equation="amplitude exp(-(v / velocity)^2) sign(v)",
     parameters=(
-        EffectParameter("amplitude", "N m", "excess of dry friction at standstill", lower=0.0),
-        EffectParameter("velocity", "rad/s", "speed at which the excess has fallen to 1/e", lower=1e-9),
-        EffectParameter("amplitude_link", "N m", "the same on the link", lower=0.0),
-        EffectParameter("velocity_link", "rad/s", "the same on the link", lower=1e-9),
+        EffectParameter("amplitude", "N m", "excess of dry friction at standstill", Term.MOTOR_STRIBECK, lower=0.0),
+        EffectParameter(
+            "velocity", "rad/s", "speed at which the excess has fallen to 1/e", Term.MOTOR_STRIBECK_VELOCITY, lower=1e-9
+        ),
+        EffectParameter("amplitude_link", "N m", "the same on the link", Term.LINK_STRIBECK, lower=0.0),
+        EffectParameter("velocity_link", "rad/s", "the same on the link", Term.LINK_STRIBECK_VELOCITY, lower=1e-9),
     ),
-    contribute=_contribute,
     probes=_probes,
+    reach=_reach,
     where="motor",
     signature="peaks of torque just after each reversal, odd in velocity, gone at speed",
     bin_by="motor_velocity",

@@ -2,29 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+
+import numpy as np
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import SAMPLES, Probe, Scales, in_proportion
-from flex_ident.recording import Floats
+from flex_ident.effects.starting import Scans, Start, far_off
 from flex_ident.simulation.terms import Term
 
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.TORQUE_DELAY] += p.get("delay", 0.0)
+DELAYS_A_PERIOD = 16
+"""Delays tried over a period of the end of the band."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
     yield in_proportion("delay", SAMPLES * scales.sample_time_s)
 
 
+def delay_scanned_start(scans: Scans) -> Start:
+    """The delay within half a period of the band's end with which a joint explains most. Raises ExcitationError."""
+    step = 1.0 / (DELAYS_A_PERIOD * scans.scales.band_hz)
+    delays = step * np.arange(-DELAYS_A_PERIOD // 2, DELAYS_A_PERIOD // 2 + 1)
+    earlier = np.column_stack([scans.reduced(scans.recorded_torque, delay=-float(d)) for d in delays])
+    which, model = scans.scanned(earlier)
+    return Start(model, {"delay": float(delays[which])})
+
+
+def _start(scans: Scans) -> Start | None:
+    """A fit that had to do without the delay may be lost."""
+    return delay_scanned_start(scans) if far_off(scans) else None
+
+
 TIME_DELAY = Effect(
     name="time_delay",
     summary="torque or command recorded early or late against position",
     equation="torque recorded at t is that of t - delay",
-    parameters=(EffectParameter("delay", "s", "time by which the torque is recorded late", lower=-0.1, upper=0.1),),
-    contribute=_contribute,
+    parameters=(
+        EffectParameter(
+            "delay", "s", "time by which the torque is recorded late", Term.TORQUE_DELAY, lower=-0.1, upper=0.1
+        ),
+    ),
     probes=_probes,
+    start=_start,
     replaces="torque_delay",
     where="measurement",
     signature="a phase of the residual that grows with frequency",

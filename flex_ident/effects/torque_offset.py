@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import EXACT, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.OFFSET] += p.get("offset", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -23,8 +18,7 @@ TORQUE_OFFSET = Effect(
     name="torque_offset",
     summary="constant torque, or Coulomb friction that differs between directions",
     equation="offset",
-    parameters=(EffectParameter("offset", "N m", "constant motor torque"),),
-    contribute=_contribute,
+    parameters=(EffectParameter("offset", "N m", "constant motor torque", Term.OFFSET),),
     probes=_probes,
     where="motor",
     signature="a constant residual, the same in both directions",

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import FINE, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, periodic
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.RIPPLE] += p.get("amplitude", 0.0)
-    terms[Term.RIPPLE_CYCLES] = p.get("cycles_per_turn", 0.0)
-    terms[Term.RIPPLE_PHASE] = p.get("phase", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -25,13 +18,13 @@ TORQUE_RIPPLE = Effect(
     summary="torque periodic in motor angle (cogging, gear mesh)",
     equation="amplitude sin(cycles_per_turn qm + phase)",
     parameters=(
-        EffectParameter("amplitude", "N m", "amplitude of the ripple", lower=0.0),
-        EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", lower=0.1),
-        EffectParameter("phase", "rad", "phase at position zero"),
+        EffectParameter("amplitude", "N m", "amplitude of the ripple", Term.RIPPLE, lower=0.0),
+        EffectParameter("cycles_per_turn", "1", "periods in a turn of the joint", Term.RIPPLE_CYCLES, lower=0.1),
+        EffectParameter("phase", "rad", "phase at position zero", Term.RIPPLE_PHASE, angle=True),
     ),
-    contribute=_contribute,
     probes=_probes,
     refined=("cycles_per_turn", FINE),
+    cycles="cycles_per_turn",
     where="motor",
     signature="a line in the spectrum of the residual over motor angle",
     bin_by="motor_position",

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.MOTOR_VISCOUS_ASYMMETRY] += p.get("coefficient", 0.0)
-    terms[Term.LINK_VISCOUS_ASYMMETRY] += p.get("coefficient_link", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -26,11 +20,13 @@ VISCOUS_ASYMMETRY = Effect(
     equation="coefficient abs(v)",
     parameters=(
         EffectParameter(
-            "coefficient", "N m s/rad", "half the difference of the viscous coefficients of both directions"
+            "coefficient",
+            "N m s/rad",
+            "half the difference of the viscous coefficients of both directions",
+            Term.MOTOR_VISCOUS_ASYMMETRY,
         ),
-        EffectParameter("coefficient_link", "N m s/rad", "the same on the link"),
+        EffectParameter("coefficient_link", "N m s/rad", "the same on the link", Term.LINK_VISCOUS_ASYMMETRY),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="motor",
     signature="a residual even in velocity that grows with speed",

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
-from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
-
-
-def _contribute(terms: Floats, p: Mapping[str, float]) -> None:
-    terms[Term.MOTOR_VISCOUS_QUADRATIC] += p.get("coefficient", 0.0)
-    terms[Term.LINK_VISCOUS_QUADRATIC] += p.get("coefficient_link", 0.0)
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -26,11 +20,13 @@ VISCOUS_NONLINEARITY = Effect(
     equation="coefficient v abs(v)",
     parameters=(
         EffectParameter(
-            "coefficient", "N m s^2/rad^2", "curvature of the friction over speed, negative where it flattens"
+            "coefficient",
+            "N m s^2/rad^2",
+            "curvature of the friction over speed, negative where it flattens",
+            Term.MOTOR_VISCOUS_QUADRATIC,
         ),
-        EffectParameter("coefficient_link", "N m s^2/rad^2", "the same on the link"),
+        EffectParameter("coefficient_link", "N m s^2/rad^2", "the same on the link", Term.LINK_VISCOUS_QUADRATIC),
     ),
-    contribute=_contribute,
     probes=_probes,
     where="motor",
     signature="a residual odd in velocity and curved",

@@ -7,13 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from flex_ident.errors import DataError
-from flex_ident.estimation.covariance import uncertainty_of
 from flex_ident.estimation.estimate import Estimate
-from flex_ident.estimation.fit import SimulationFit
-from flex_ident.estimation.nuisances import measurement_priors
-from flex_ident.estimation.problem import FitProblem
+from flex_ident.likelihood.covariance import uncertainty_of
+from flex_ident.likelihood.fit import SimulationFit
+from flex_ident.likelihood.nuisances import measurement_priors
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import CutoffSweep, Parameter
-from flex_ident.recording import Notice, Recording
+from flex_ident.recording import Recording
 
 FACTORS = (0.5, 0.7, 0.85, 1.2)
 """Cutoffs tried beside the one that was used, relative to it."""
@@ -64,10 +65,7 @@ def cutoff_notices(sweep: CutoffSweep, parameters: tuple[Parameter, ...], used_r
         for cutoff, value, std in zip(sweep.cutoff_rad_s, sweep.values[p.key], sweep.stds[p.key], strict=True):
             near = 0.6 * used_rad_s < cutoff < 1.3 * used_rad_s
             if near and abs(value - p.value) > DRIFT * max(float(np.hypot(std, p.std)), 2e-3 * abs(p.value)):
-                text = (
-                    f"{p.key} depends on the filter: {value:.4g} at a cutoff of {cutoff:.0f} rad/s, {p.value:.4g} at "
-                    f"{used_rad_s:.0f} rad/s. Something in that band is not in the model: run explain_gap."
-                )
-                notices.append(Notice("cutoff_dependent", text))
+                found = {"there": value, "cutoff_rad_s": cutoff, "here": p.value, "used_rad_s": used_rad_s}
+                notices.append(Notice(Code.CUTOFF_DEPENDENT, p.key, found))
                 break
     return notices

@@ -8,19 +8,31 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.covariance import Uncertainty, uncertainty_of
-from flex_ident.estimation.fit import Fit, Prior, SimulationFit
-from flex_ident.estimation.nuisances import measurement_priors
-from flex_ident.estimation.problem import Bools, FitProblem
-from flex_ident.estimation.start import scanned_start
 from flex_ident.filtering.band import excited_band_hz
-from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS
-from flex_ident.recording import Recording
+from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
+from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
+from flex_ident.likelihood.nuisances import model_priors
+from flex_ident.likelihood.problem import Bools, FitProblem
+from flex_ident.likelihood.remainder import Remainder, remainder
+from flex_ident.likelihood.start import scanned_start
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
+from flex_ident.recording import Floats, Recording
+from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.verdict import REVERSED
+from flex_ident.screening.sketching import effects_in
+from flex_ident.screening.suspects import Suspect, suspects, widened
 
 Progress = Callable[[float], None]
 VALIDATION_BLOCK_S = 1.0
 VALIDATION_EVERY = 4
+CORRELATED_S = 0.5
+"""Time over which residuals count as correlated when gravity is looked for, s."""
+LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
+"""Nuisances that wait until the model is nearly right."""
+FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
+ROUNDS = ((10, 1e-4), (10, 1e-5), (10, 1e-6))
+"""Iterations, and share of the cost saved at which a round ends."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +40,16 @@ class Estimate:
     """A fit with its uncertainty, and the same keys fitted without the validation part."""
 
     problem: FitProblem
+    solver: SteadyFit
     fit: Fit
     uncertainty: Uncertainty
     validation: Bools
     """Where (m,) the fit `trained` did not look."""
     trained: Mapping[str, float]
+    left: Remainder
+    suspects: tuple[Suspect, ...]
+    plain: Uncertainty
+    """The uncertainty as if the model were right; `uncertainty` is joined with what suspects would move."""
 
 
 def validation_blocks(problem: FitProblem) -> Bools:
@@ -42,10 +59,26 @@ def validation_blocks(problem: FitProblem) -> Bools:
     return held & problem.usable
 
 
+def rigid_keys(problem: FitProblem, *, gravity: bool) -> tuple[str, ...]:
+    """Base keys of a rigid joint: MX and MY where `gravity` may act and the recording shows it."""
+    plain = tuple(k for k in RIGID_KEYS if k not in GRAVITY_KEYS)
+    if not gravity:
+        return plain
+    names = (*plain, *GRAVITY_KEYS)
+    matrix, target = _rigid_columns(problem, names), problem.torque[problem.usable]
+    lag = max(1, min(round(CORRELATED_S * problem.rate_hz), target.size // 20))
+    held = validation_blocks(problem)[problem.usable]
+    return names if shows_gravity(matrix, target, names, held, lag) else plain
+
+
+def _rigid_columns(problem: FitProblem, keys: Sequence[str]) -> Floats:
+    """What one unit of each key adds to the torque at the usable samples, (r, p)."""
+    return np.column_stack([problem.prediction({key: 1.0}).torque[problem.usable] for key in keys])
+
+
 def rigid_start(problem: FitProblem, keys: Sequence[str]) -> dict[str, float]:
     """Linear least squares of a rigid joint's base keys: the start of its fit."""
-    terms = {key: problem.prediction({key: 1.0}).torque[problem.usable] for key in keys}
-    columns = np.column_stack(list(terms.values()))
+    columns = _rigid_columns(problem, keys)
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
     solution, *_ = np.linalg.lstsq(columns / scale, problem.torque[problem.usable], rcond=1e-8)
@@ -85,25 +118,47 @@ def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: f
     return {k: start.get(k, 0.0) for k in keys if k in FLEXIBLE_KEYS}
 
 
-def refined(
-    solver: SimulationFit, keys: Sequence[str], start: Mapping[str, float], *, progress: Progress | None = None
-) -> Fit:
-    """The fit over `keys`: three rounds, the whitening filter taken anew from the residual before each.
+def base_fit(
+    problem: FitProblem,
+    keys: Sequence[str],
+    start: Mapping[str, float],
+    priors: Mapping[str, Prior],
+    *,
+    progress: Progress | None = None,
+) -> tuple[SteadyFit, Fit]:
+    """The fit over `keys` and the nuisances of `priors`, and the solver that did it: what everything is judged by.
 
-    Raises ExcitationError when the simulation runs away.
+    First without the nuisances that only a nearly right model can tell (how friction turns over, a low-pass in the
+    effort), weighted by all that is left; then with all, weighted by the noise, taken anew in each round. Raises
+    ExcitationError when the simulation runs away.
     """
-    values: Mapping[str, float] = start
-    rounds = ((12, 1e-3), (12, 1e-5), (25, 1e-9))
-    fit: Fit | None = None
-    for i, (iterations, tolerance) in enumerate(rounds):
-        if not all(np.isfinite(r).all() for r in solver.problem.residuals(values)):
-            raise ExcitationError("no spring in the excited band explains the torque: the simulated link runs away.")
-        fit = solver.solve(keys, values, solver.whitenings(values), iterations=iterations, tolerance=tolerance)
-        values = fit.values
+    rough = SimulationFit(problem, priors=priors)
+    few = (*keys, *(k for k in priors if k not in LATER))
+    values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
+    done, rounds = 0, len(FIRST_ROUNDS) + len(ROUNDS)
+    for iterations, tolerance in FIRST_ROUNDS:
+        _refuse_runaway(problem, values)
+        values = rough.solve(few, values, rough.whitenings(values), iterations=iterations, tolerance=tolerance).values
+        done += 1
         if progress is not None:
-            progress((i + 1) / len(rounds))
+            progress(done / rounds)
+    solver = SteadyFit(problem, priors=priors, local=True)
+    fit: Fit | None = None
+    for iterations, tolerance in ROUNDS:
+        _refuse_runaway(problem, values)
+        whitenings = solver.whitenings(values)
+        fit = solver.solve((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
+        values = fit.values
+        done += 1
+        if progress is not None:
+            progress(done / rounds)
     assert fit is not None
-    return fit
+    return solver, fit
+
+
+def _refuse_runaway(problem: FitProblem, values: Mapping[str, float]) -> None:
+    if not all(np.isfinite(r).all() for r in problem.residuals(values)):
+        raise ExcitationError("no spring in the excited band explains the torque: the simulated link runs away.")
 
 
 def estimated(
@@ -112,19 +167,30 @@ def estimated(
     start: Mapping[str, float],
     *,
     priors: Mapping[str, Prior] | None = None,
+    prismatic: bool = False,
     progress: Progress | None = None,
 ) -> Estimate:
-    """Maximum likelihood over `base_keys` and the measurement keys, with uncertainty and a held-out check."""
-    nuisances = dict(measurement_priors(problem) if priors is None else priors)
-    keys = (*base_keys, *nuisances)
+    """Maximum likelihood over `base_keys` and the nuisances, with uncertainty and a held-out check."""
+    nuisances = dict(model_priors(problem, effects_in(base_keys)) if priors is None else priors)
 
     def part(low: float, high: float) -> Progress:
         return lambda x: progress(low + x * (high - low)) if progress is not None else None
 
-    fit = refined(SimulationFit(problem, priors=nuisances), keys, start, progress=part(0.0, 0.8))
-    validation = validation_blocks(problem)
-    trained = SimulationFit(problem.restricted(problem.usable & ~validation), priors=nuisances).solve(
-        keys, fit.values, fit.whitenings, iterations=6, tolerance=1e-6
-    )
+    solver, fit = base_fit(problem, base_keys, start, nuisances, progress=part(0.0, 0.8))
+    found = estimate_of(solver, fit, prismatic=prismatic)
     part(0.8, 1.0)(1.0)
-    return Estimate(problem, fit, uncertainty_of(fit, problem.rate_hz), validation, trained.values)
+    return found
+
+
+def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Estimate:
+    """A fit with its uncertainty, fitted again without the validation part, and what may be missing."""
+    problem = solver.problem
+    validation = validation_blocks(problem)
+    own = SteadyFit(problem.restricted(problem.usable & ~validation), priors=solver.priors, marks=solver.marks)
+    trained = own.solve(fit.free, fit.values, fit.whitenings, iterations=6, tolerance=1e-6)
+    plain, left, found = (
+        uncertainty_of(fit, problem.rate_hz),
+        remainder(solver, fit),
+        suspects(solver, fit, prismatic=prismatic),
+    )
+    return Estimate(problem, solver, fit, widened(plain, found, left), validation, trained.values, left, found, plain)

@@ -8,20 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import key_named, trade_error
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
-from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, started_values
-from flex_ident.estimation.fit import key_bounds
+from flex_ident.estimation.estimate import Estimate, estimated, fit_problem, rigid_keys, started_values
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.estimation.problem import Bools, FitProblem, model_of, values_of
-from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged
+from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged, moved_stds
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
+from flex_ident.likelihood.fit import key_bounds
+from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
-    UNITS,
     FilterSettings,
     FitQuality,
     FrequencyResponse,
@@ -29,29 +29,25 @@ from flex_ident.parameters import (
     Parameter,
     Sensors,
     TorqueCurves,
-    with_systematic,
 )
-from flex_ident.recording import Floats, Notice, Recording
-from flex_ident.recording.magnitudes import NOT_SI
+from flex_ident.parameters.keys import effect_in
+from flex_ident.recording import Floats, Recording
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-MODEL_IGNORED = Notice(
-    "model_ignored", "the model given is not used: linear least squares needs no start and knows no effects."
-)
-DAMPING = "joint_damping.damping"
-DAMPING_TRADES, DAMPING_ERROR = (DAMPING, "FV", "FVm"), 0.03
-"""Damping across the spring, friction on either side of it and the instants of the encoders stand in for each other
-but for little: by this share of the damping they may be wrong (found on two plants that are not the model)."""
 GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
-MEASUREMENT_UNITS = {"torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2"}
+REPORTED = (
+    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "reversal_speed", "presliding",
+    "reversal_lead",
+)  # fmt: skip
+"""Measurement keys that are part of a result."""
 
 
 def chosen_sensors(recording: Recording, sensors: str) -> Sensors:
@@ -77,13 +73,13 @@ def identify(
 
     `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
     position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares, without MX and MY
-    where it is `prismatic`. What was not recorded in SI units is not trusted.
+    where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
     result = _identified(recording, options or IdentifyOptions(), prismatic, progress)
     codes = {notice.code for notice in result.notices}
-    if result.verdict == "trusted" and codes & set(NOT_SI):
+    if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
         result = replace(result, verdict="doubtful")
-    if result.verdict == "rejected" and result.sensors == "motor+link" and "effort_reversed" not in codes:
+    if result.verdict == "rejected" and result.sensors == "motor+link" and Code.EFFORT_REVERSED not in codes:
         notice = motor_equation_notice(recording)
         if notice is not None:
             result = replace(result, notices=(notice, *result.notices))
@@ -94,19 +90,21 @@ def _identified(
     recording: Recording, options: IdentifyOptions, prismatic: bool, progress: Progress | None
 ) -> Identification:
     sensors = chosen_sensors(recording, options.sensors)
-    if options.method != "auto" or options.rigid:
+    if options.method != "auto":
         found = identify_linear(
             recording,
             sensors=sensors,
-            method="weighted" if options.method == "auto" else options.method,
+            method=options.method,
             rigid=options.rigid,
             first_mode_hz=options.first_mode_hz,
             gravity=not prismatic,
         )
-        return found if options.model is None else replace(found, notices=(*found.notices, MODEL_IGNORED))
+        return found if options.model is None else replace(found, notices=(*found.notices, Notice(Code.MODEL_IGNORED)))
     try:
         return _simulated(recording, options, sensors, prismatic, progress)
     except ExcitationError as error:
+        if options.rigid:
+            raise
         rigid = None if sensors == "motor+link" else rigid_left_percent(recording, prismatic=prismatic)
         if rigid is None or rigid > GOOD_RIGID:
             raise
@@ -117,27 +115,23 @@ def _simulated(
     recording: Recording, options: IdentifyOptions, sensors: Sensors, prismatic: bool, progress: Progress | None
 ) -> Identification:
     """Maximum likelihood by simulation, rejected where a rigid joint does as well."""
-    problem = fit_problem(recording, sensors=sensors, first_mode_hz=options.first_mode_hz)
-    keys: tuple[str, ...] = tuple(k for k in FLEXIBLE_KEYS if not (prismatic and k in GRAVITY_KEYS))
-    start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
-    if options.model is not None:
-        given = values_of(options.model)
-        effects = {k: v for k, v in given.items() if "." in k}
-        keys = (*keys, *effects)
-        start = better_start(problem, {**dict.fromkeys(FLEXIBLE_KEYS, 0.0), **given}, {**start, **effects})
-    if progress is not None:
-        progress(0.1)
-    estimate = estimated(problem, keys, start, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x))
+    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
+    estimate = estimated(
+        problem, *base_start(problem, options, prismatic=prismatic), prismatic=prismatic,
+        progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
+    )  # fmt: skip
     response = first_mode(recording, hint_hz=options.first_mode_hz).response
+    if options.rigid:
+        response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
     rigid = (
         None
-        if sensors == "motor+link"
+        if sensors == "motor+link" or options.rigid
         else rigid_notice(recording, result.fit.relative_error_percent, prismatic=prismatic)
     )
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
-    if not options.cutoff_sweep or result.verdict == "rejected":
+    if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
         return result
     sweep = swept_cutoffs(
         recording, estimate, result.parameters, progress=None if progress is None else lambda x: progress(0.7 + 0.3 * x)
@@ -145,6 +139,23 @@ def _simulated(
     assert result.filter is not None
     notices = cutoff_notices(sweep, result.parameters, result.filter.cutoff_rad_s)
     return replace(result, cutoff_sweep=sweep, notices=(*result.notices, *notices))
+
+
+def base_start(
+    problem: FitProblem, options: IdentifyOptions, *, prismatic: bool = False
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Keys of the base model, the effects of a given model included, and the values from which its fit starts."""
+    if problem.rigid:
+        keys = rigid_keys(problem, gravity=not prismatic)
+    else:
+        keys = tuple(k for k in FLEXIBLE_KEYS if not (prismatic and k in GRAVITY_KEYS))
+    start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
+    if options.model is None:
+        return keys, start
+    given = values_of(options.model)
+    effects = {k: v for k, v in given.items() if effect_in(k) is not None}
+    start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
+    return tuple(dict.fromkeys((*keys, *given))), start
 
 
 def rigid_left_percent(recording: Recording, *, prismatic: bool) -> float | None:
@@ -164,11 +175,7 @@ def rigid_notice(recording: Recording, sprung_percent: float, *, prismatic: bool
     left = rigid_left_percent(recording, prismatic=prismatic)
     if left is None or not left <= min(sprung_percent, MOST_RIGID):
         return None
-    text = (
-        f"a rigid joint explains it as well ({left:.1f} against {sprung_percent:.1f} % of the torque left): "
-        "use --rigid, or sweep to higher frequencies for the spring."
-    )
-    return Notice("rigid_as_well", text)
+    return Notice(Code.RIGID_AS_WELL, "K", {"rigid_percent": left, "sprung_percent": sprung_percent})
 
 
 def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:
@@ -179,14 +186,6 @@ def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, fl
         return float(residual @ residual) if np.isfinite(residual).all() else math.inf
 
     return min(starts, key=left)
-
-
-def unit_of(key: str) -> str:
-    """The unit of a base, measurement or effect key (revolute joint)."""
-    if "." in key:
-        effect, name = key.split(".", 1)
-        return effect_named(effect).parameter(name).unit
-    return UNITS.get(key, MEASUREMENT_UNITS.get(key, ""))
 
 
 def folding_error(estimate: Estimate) -> float:
@@ -207,16 +206,15 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     value = float(estimate.fit.values[key])
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_TERMS:
-        std = math.hypot(with_systematic(key, value, std), folding_error(estimate) * value)
-    if key in DAMPING_TRADES:
-        std = math.hypot(std, DAMPING_ERROR * estimate.fit.values.get(DAMPING, 0.0))
+        std = math.hypot(std, folding_error(estimate) * value)
+    std = math.hypot(std, trade_error(key, estimate.fit.values))
     at_bound = key in estimate.fit.at_bound
     ci95 = None
     if at_bound:
         low, high = key_bounds(key, {})
         ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
     identifiable = True if key in MEASUREMENT_TERMS else is_identifiable(estimate, key)
-    return Parameter(key, value, std, unit_of(key), identifiable, ci95=ci95, at_bound=at_bound)
+    return Parameter(key, value, std, key_named(key).unit, identifiable, ci95=ci95, at_bound=at_bound)
 
 
 def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
@@ -240,9 +238,7 @@ def identification_of(
     problem, fit = estimate.problem, estimate.fit
     base_and_effects = [k for k in fit.free if k not in MEASUREMENT_TERMS]
     parameters = tuple(identified_parameter(estimate, k) for k in base_and_effects)
-    measurement = tuple(
-        identified_parameter(estimate, k) for k in fit.free if k in MEASUREMENT_UNITS and k in MEASUREMENT_TERMS
-    )
+    measurement = tuple(identified_parameter(estimate, k) for k in fit.free if k in REPORTED)
     predicted = problem.prediction(fit.values).torque
     unseen = problem.prediction(estimate.trained).torque
     measured = problem.measured_torque(fit.values)
@@ -263,11 +259,14 @@ def identification_of(
             sample_time=recording.sample_time,
             locked_motor_hz=derived.get("locked_motor_hz", 0.0),
             band_hz=problem.band_hz,
+            left=estimate.left,
+            suspects=estimate.suspects,
+            moved=moved_stds(estimate),
         )
     )
     notices = [*recording.notices, *objections, *identifiability_notices(parameters)]
     for group in estimate.uncertainty.undetermined:
-        notices.append(Notice("undetermined", f"only a combination of {', '.join(group)} is determined."))
+        notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:
         shown = tuple(round(f, 4) for f in sorted(derived.values()))
         response = FrequencyResponse(

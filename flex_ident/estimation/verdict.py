@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from flex_ident.estimation.estimate import Estimate
-from flex_ident.parameters import Parameter, Verdict
-from flex_ident.recording import Notice
+from flex_ident.likelihood.remainder import Remainder
+from flex_ident.notices import Code, Notice
+from flex_ident.parameters import UNITS, Parameter, Verdict
 from flex_ident.regression.verdict import (
     ESSENTIAL,
     HOPELESS_PERCENT,
@@ -20,6 +21,7 @@ from flex_ident.regression.verdict import (
     mismatches,
     not_determined,
 )
+from flex_ident.screening.suspects import Suspect
 
 RELATIVE_LIMIT = 0.3
 """A parameter less certain than this, relative to itself, is identifiable only if small in effect."""
@@ -28,6 +30,9 @@ EFFECT_LIMIT = 0.01
 
 SAMPLES_A_PERIOD = 10.0
 """Samples in a period of the locked-motor frequency under which a result is doubtful."""
+
+MOVED = 1.0
+"""Standard deviations by which an effect that the recording shows must move a parameter to make the result doubtful."""
 
 Objection = tuple[Verdict, Notice | None]
 
@@ -61,11 +66,7 @@ def is_identifiable(estimate: Estimate, key: str) -> bool:
 
 def identifiability_notices(parameters: tuple[Parameter, ...]) -> list[Notice]:
     """One notice a parameter that the data cannot determine, with the experiment that would."""
-    notices = []
-    for p in parameters:
-        if not p.identifiable:
-            notices.append(Notice("not_identifiable", not_determined(p)))
-    return notices
+    return [not_determined(p) for p in parameters if not p.identifiable]
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,24 @@ class Evidence:
     sample_time: float
     locked_motor_hz: float
     band_hz: float
+    left: Remainder
+    suspects: tuple[Suspect, ...] = ()
+    moved: Mapping[str, float] = field(default_factory=dict)
+    """For each suspect the most standard deviations by which it would move a parameter that the data determine."""
+
+
+def moved_stds(estimate: Estimate) -> dict[str, float]:
+    """For each suspect the most standard deviations by which it would move a base parameter, were the model right."""
+    fit, plain = estimate.fit, estimate.plain
+    found: dict[str, float] = {}
+    for suspect in estimate.suspects:
+        sizes = [
+            abs(float(suspect.shift[i])) / plain.std(key)
+            for i, key in enumerate(fit.free)
+            if key in UNITS and 0.0 < plain.std(key) < math.inf and is_identifiable(estimate, key)
+        ]
+        found[suspect.effect] = max(found.get(suspect.effect, 0.0), *sizes, 0.0)
+    return found
 
 
 def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
@@ -88,6 +107,7 @@ def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
         *_poor_reproduction(evidence),
         *_mode_outside_band(evidence),
         *_sampled_slowly(evidence),
+        *_structure(evidence),
         *(("doubtful", notice) for notice in late_signals(evidence.measurement, evidence.sample_time)),
     ]
     worst: Verdict = "trusted"
@@ -104,37 +124,46 @@ def _weak_parameters(evidence: Evidence) -> Iterator[Objection]:
         if not p.identifiable:
             yield "rejected", None  # identifiability_notices says it
         elif p.relative_std_percent > WEAK_PERCENT:
-            yield "doubtful", Notice("low_excitation", known_only(p))
+            yield "doubtful", known_only(p)
 
 
 def _poor_reproduction(evidence: Evidence) -> Iterator[Objection]:
     error, unseen = evidence.error_percent, evidence.validation_percent
     if not math.isfinite(unseen):
-        text = "too short to keep a part that the fit does not see: record at least ten seconds of motion."
-        yield "rejected", Notice("validation_gap", text)
+        yield "rejected", Notice(Code.VALIDATION_GAP, texts={"case": "short"})
         unseen = error
     worst = max(error, unseen)
     for notice in mismatches(worst):
         yield "doubtful" if worst <= HOPELESS_PERCENT else "rejected", notice
     if unseen > 1.5 * error + 2.0:
-        text = f"the error is {unseen:.1f} % where the fit did not look, {error:.1f} % overall: record longer."
-        yield "doubtful", Notice("validation_gap", text)
+        errors = {"unseen_percent": unseen, "error_percent": error}
+        yield "doubtful", Notice(Code.VALIDATION_GAP, numbers=errors, texts={"case": "larger"})
 
 
 def _mode_outside_band(evidence: Evidence) -> Iterator[Objection]:
     if evidence.locked_motor_hz > evidence.band_hz:
-        text = (
-            f"the locked-motor frequency, {evidence.locked_motor_hz:.3g} Hz, lies above the excited band, "
-            f"{evidence.band_hz:.3g} Hz: sweep beyond it."
-        )
-        yield "doubtful", Notice("mode_outside_band", text)
+        found = {"locked_motor_hz": evidence.locked_motor_hz, "band_hz": evidence.band_hz}
+        yield "doubtful", Notice(Code.MODE_OUTSIDE_BAND, numbers=found)
 
 
 def _sampled_slowly(evidence: Evidence) -> Iterator[Objection]:
     rate_hz, wanted_hz = 1.0 / evidence.sample_time, SAMPLES_A_PERIOD * evidence.locked_motor_hz
     if rate_hz < wanted_hz:
-        text = (
-            f"{rate_hz:.4g} Hz is slow for a locked-motor frequency of {evidence.locked_motor_hz:.3g} Hz: commands "
-            f"held that long fold back onto it. Command and record at {math.ceil(wanted_hz)} Hz or more."
-        )
-        yield "doubtful", Notice("sampled_slowly", text)
+        locked, wanted = evidence.locked_motor_hz, math.ceil(wanted_hz)
+        found = {"rate_hz": rate_hz, "locked_motor_hz": locked, "wanted_hz": wanted}
+        yield "doubtful", Notice(Code.SAMPLED_SLOWLY, numbers=found)
+
+
+def _structure(evidence: Evidence) -> Iterator[Objection]:
+    """More is left than noise, or an effect is seen that would move the parameters."""
+    left = evidence.left
+    if left.evidence == "none":
+        yield "doubtful", Notice(Code.NOISE_UNKNOWN, "motor_torque", {"left": left.gap})
+    structured = left.structured(left.gap)
+    if structured:
+        sizes = {"gap": left.gap, "noise": left.floor}
+        yield "doubtful", Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", sizes, {"unit": "N m"})
+    strong = [s for s in evidence.suspects if s.strong]
+    if strong and (structured or any(evidence.moved.get(s.effect, 0.0) > MOVED for s in strong)):
+        found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}
+        yield "doubtful", Notice(Code.CAUSE_SUSPECTED, strong[0].effect, found)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal
+from scipy import ndimage, signal
 
 from flex_ident.recording import Floats, Recording
 
 MIN_COHERENCE = 0.6
 ENERGY_SHARE = 0.995
+ROUNDED_SHARE = 0.9
+"""Share of steps that are whole multiples of the smallest one from which a position counts as rounded."""
+RESOLVED = 30.0
+"""Power of the motion over that of the rounding: acceleration is then known to a fifth."""
 
 
 def excited_band_hz(recording: Recording) -> float:
@@ -17,7 +21,8 @@ def excited_band_hz(recording: Recording) -> float:
     Coherence of Welch's method over four-second segments: where nothing is excited, noise of many segments averages
     to a low coherence; where a chirp passed, torque and position are coherent. Feedback makes noise coherent too, so
     that the band ends at the latest at 1.5 times the frequency below which nearly all of the torque's energy lies,
-    and at 0.4 of the sampling rate.
+    and at 0.4 of the sampling rate; and where the encoder no longer resolves the motion: what a fast controller makes
+    of its rounding is no torque that belongs to it.
     """
     rate = recording.sample_rate_hz
     n = recording.motor_position.size
@@ -27,7 +32,7 @@ def excited_band_hz(recording: Recording) -> float:
     smooth: Floats = signal.medfilt(coherence, 9) if coherence.size > 9 else coherence
     energy = np.cumsum(np.abs(np.fft.rfft(recording.motor_torque - recording.motor_torque.mean())) ** 2)
     most = float(np.searchsorted(energy, ENERGY_SHARE * energy[-1])) * rate / n
-    limit = min(0.4 * rate, max(1.5 * most, 12.0 * frequency[1]))
+    limit = min(0.4 * rate, max(1.5 * most, 12.0 * frequency[1]), resolved_band_hz(recording))
     coherent = (smooth > MIN_COHERENCE) & (frequency <= limit)
     # From the lowest frequency up to the first wide hole: lone coherent lines far above are not excitation.
     top = 0.0
@@ -37,3 +42,21 @@ def excited_band_hz(recording: Recording) -> float:
             break
         top = float(f)
     return float(min(max(top, 8.0 * frequency[1]), limit))
+
+
+def resolved_band_hz(recording: Recording) -> float:
+    """The highest frequency, Hz, at which the motion rises above the rounding of its encoder; half the rate at most.
+
+    An encoder's rounding is white noise of a twelfth of its squared step. A position that is not rounded has no limit.
+    """
+    position, rate = recording.motor_position, recording.sample_rate_hz
+    steps = np.abs(np.diff(position))
+    smallest = float(np.min(steps[steps > 1e-9 * (np.ptp(position) or 1.0)], initial=np.inf))
+    whole = steps / smallest if np.isfinite(smallest) else steps
+    if not np.isfinite(smallest) or float(np.mean(np.abs(whole - np.round(whole)) < 0.01)) < ROUNDED_SHARE:
+        return 0.5 * rate
+    segment = int(max(16, min(position.size // 4, 4.0 * rate)))
+    frequency, power = signal.welch(position, rate, nperseg=segment, detrend="linear")
+    floor = smallest**2 / 12.0 / (0.5 * rate)
+    above = frequency[ndimage.maximum_filter1d(power, 5) > RESOLVED * floor]
+    return float(above[-1]) if above.size else 0.5 * rate

@@ -9,6 +9,7 @@ would drown in the encoder's noise; so the cutoff follows the speed.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
@@ -28,8 +29,22 @@ def velocity_noise(position_noise: float, cutoff_hz: float, sample_rate_hz: floa
     return position_noise * 2.0 * math.pi * cutoff_hz / math.sqrt(3.0) * share
 
 
-def motion_direction(position: Floats, sample_rate_hz: float, *, lowest_hz: float) -> Floats:
-    """Sign of the velocity (n,), -1 to 1, averaged over the sample it stands for; `position` (n,), rad.
+@dataclass(frozen=True)
+class SharpVelocity:
+    """Velocity (n,), as sharp at reversals as the encoder allows, and `half_width` (n,): what it changes by within half
+    a sample, or what the encoder cannot resolve, whichever is more. In units per s."""
+
+    velocity: Floats
+    half_width: Floats
+
+    def direction(self) -> Floats:
+        """Sign of the velocity (n,), -1 to 1, averaged over the sample it stands for."""
+        direction: Floats = np.clip(self.velocity / self.half_width, -1.0, 1.0)
+        return direction
+
+
+def sharp_velocity(position: Floats, sample_rate_hz: float, *, lowest_hz: float) -> SharpVelocity:
+    """The velocity behind a recorded `position` (n,), rad, for its direction.
 
     `lowest_hz` is the cutoff at low speed. Raises ExcitationError on too few samples.
     """
@@ -51,5 +66,4 @@ def motion_direction(position: Floats, sample_rate_hz: float, *, lowest_hz: floa
         width = np.where(fast, 2.0 * spread, width)
         cutoff *= CUTOFF_RATIO
     width = np.maximum(width, np.maximum(0.5 * np.abs(acceleration) / rate, 1e-12))
-    direction: Floats = np.clip(sharpest / width, -1.0, 1.0)
-    return direction
+    return SharpVelocity(sharpest, width)

@@ -61,11 +61,12 @@ class SpectralFilter:
 
     def __call__(
         self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0,
-        transfer: Complexes | None = None,
+        lag: float = 0.0, transfer: Complexes | None = None,
     ) -> tuple[Floats, ...]:  # fmt: skip
         """The filtered signal's `derivatives`, one array ((n - 1) * upsampling + 1,) each, in units per s^k.
 
-        `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative.
+        `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative; `lag`,
+        s, is the time constant of a first-order low-pass, negative to undo one.
         """
         e, n, length = self._extension, self.n, self._length
         flat = signal - (signal[0] + (signal[-1] - signal[0]) * self._along)
@@ -82,6 +83,10 @@ class SpectralFilter:
             spectrum *= np.exp(-2j * np.pi * self._frequency * delay)
         if curvature != 0.0:
             spectrum *= 1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2
+        if lag > 0.0:
+            spectrum /= 1.0 + 2j * np.pi * self._frequency * lag
+        elif lag < 0.0:
+            spectrum *= 1.0 - 2j * np.pi * self._frequency * lag
         if transfer is not None:
             spectrum *= transfer
             slope, signal = slope * transfer[0].real, signal * transfer[0].real
@@ -94,7 +99,7 @@ class SpectralFilter:
             fine = fft.irfft(_folded(shaped), length // d) / d if d > 1 else fft.irfft(shaped, length * u) * u
             result: Floats = fine[start : start + count].copy()
             if order == 0:
-                result += signal[0] + slope * d / u * np.arange(count) - slope * delay * self._rate
+                result += signal[0] + slope * d / u * np.arange(count) - slope * (delay + lag) * self._rate
             elif order == 1:
                 result += slope * self._rate
             outputs.append(result)

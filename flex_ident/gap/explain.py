@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.effects import effect_named
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.covariance import uncertainty_of
-from flex_ident.estimation.estimate import Estimate, fit_problem, validation_blocks
-from flex_ident.estimation.fit import Fit
-from flex_ident.estimation.identification import chosen_sensors, identification_of, identified_parameter
-from flex_ident.estimation.problem import FitProblem, values_of
+from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, validation_blocks
+from flex_ident.estimation.identification import chosen_sensors, identification_of
+from flex_ident.estimation.verdict import is_identifiable
 from flex_ident.filtering import first_mode
+from flex_ident.gap.base import fitted_base, search_start
 from flex_ident.gap.explanation import (
-    Alternative,
-    Finding,
     GapCurves,
     GapExplanation,
     GapVerdict,
@@ -27,18 +22,21 @@ from flex_ident.gap.explanation import (
     Region,
     Step,
 )
-from flex_ident.gap.fitting import GapFit, base_fit
+from flex_ident.gap.final import gap_of, judged_again
+from flex_ident.gap.findings import finding_of
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.remainder import remainder
-from flex_ident.gap.search import Accepted, Progress, Search, searched
-from flex_ident.gap.trials import effects_in
+from flex_ident.gap.search import Progress, Search, searched
 from flex_ident.gap.where import Variable, profile, regions, variables
-from flex_ident.parameters import Identification
-from flex_ident.recording import Floats, Notice, Recording
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.problem import FitProblem, values_of
+from flex_ident.likelihood.remainder import remainder
+from flex_ident.notices import Code, Notice
+from flex_ident.parameters import Identification, Sensors
+from flex_ident.recording import Floats, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.regression.verdict import ESSENTIAL
+from flex_ident.screening.sketching import effects_in
 
-VALIDATION_ITERATIONS = 5
 STIFFEST = 0.75
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
 VISIBLE = 1.03
@@ -47,10 +45,9 @@ NOT_A_MODEL = 0.95
 """Gap of the base over the torque's standard deviation from which the recording is not of such a joint."""
 AT_THE_LIMIT = 0.99
 """Of a sample: a delay or skew that the fit would have larger."""
+BELOW_A_SAMPLE = {"torque_delay": Code.TORQUE_DELAY_BELOW_A_SAMPLE, "link_skew": Code.LINK_SKEW_BELOW_A_SAMPLE}
 LEAST_S, LEAST_HELD_S = 4.0, 0.8
 """Usable motion, s, and of it the part kept for validation, under which nothing can be looked for."""
-PERIODS = 2.0
-"""Periods within the range of motion from which an effect can be called periodic."""
 
 
 def explain(
@@ -63,35 +60,35 @@ def explain(
     options = options or GapOptions()
     report: Progress = progress or (lambda _share, _text: None)
     sensors = chosen_sensors(recording, options.sensors)
-    problem = fit_problem(
-        recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, stiffest=STIFFEST
-    )
+    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
     held = validation_blocks(problem)
     _refuse_short(problem, held)
     report(0.02, "fitting the base model")
-    solver, base = base_fit(problem, options)
+    solver, base = fitted_base(problem, options)
     report(0.2, "screening")
-    search = searched(solver, base, options, lambda x, text: report(0.2 + 0.6 * x, text))
+    coarse = _coarse(recording, problem, options)
+    searching, start = search_start(coarse, base)
+    search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
-    chain = [(solver, base), *((a.trial.solver, search.after(i)) for i, a in enumerate(search.accepted))]
-    trained = [_trained(s, f, problem, held) for s, f in chain]
-    gaps = [_gap(problem, values, held) for values in trained]
+    search, gaps, estimate = judged_again(search, searching, start, (solver, base), problem, options)
     report(0.92, "describing what is left")
-    final = _final(recording, problem, search, trained[-1], held, sensors)
-    determined = all(p.identifiable for p in final.parameters if p.key in ESSENTIAL)
-    notices = (*_as_given(problem, options, gaps[0], held), *_notices(search, problem))
+    final = _final(recording, estimate, sensors)
+    determined = all(
+        is_identifiable(replace(estimate, uncertainty=estimate.plain), k) for k in base.free if k in ESSENTIAL
+    )
+    notices = (*_as_given(problem, options, gaps[0], held), *_notices(estimate.fit, problem))
     if not determined:
         notices = (*notices, _refusal([a.trial.effect for a in search.accepted]))
         if search.accepted:  # nothing is added to a base that is not determined
-            search = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
-            gaps = gaps[:1]
-            final = _final(recording, problem, search, trained[0], held, sensors)
-    first, left = remainder(solver, base, held), remainder(search.solver, search.fit, held)
+            search = Search(searching, start, start, rejected=search.rejected, untestable=search.untestable)
+            gaps, estimate = gaps[:1], estimate_of(solver, base, prismatic=options.prismatic)
+            final = _final(recording, estimate, sensors)
+    first, left = remainder(solver, base, held), remainder(estimate.solver, estimate.fit, held)
     floor = min(left.floor, gaps[-1])
     steps = _steps(search, gaps)
-    findings = tuple(_finding(search, i, gaps, problem, held) for i in range(len(search.accepted)))
+    findings = tuple(finding_of(search, i, gaps, estimate) for i in range(len(search.accepted)))
     before_variables = variables(problem, base.values)
-    after_variables = variables(problem, search.fit.values)
+    after_variables = variables(problem, estimate.fit.values)
     where: tuple[Region, ...] = ()
     if gaps[0] > VISIBLE * floor:
         where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
@@ -123,7 +120,7 @@ def explain(
         steps=steps,
         where=where,
         findings=findings,
-        rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(search.fit.free)),
+        rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(estimate.fit.free)),
         not_testable=tuple(search.untestable.values()),
         final=final,
         unexplained=unexplained,
@@ -131,23 +128,17 @@ def explain(
         repeats=first.repeats,
         repeats_left=left.repeats,
         notices=notices,
-        curves=_curves(problem, base.values, search.fit.values),
+        curves=_curves(problem, base.values, estimate.fit.values),
         profiles=_profiles(before_variables, after_variables, first.residual, left.residual, problem.usable),
     )
 
 
-def _trained(solver: GapFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
-    """The same keys fitted without the validation part."""
-    own = GapFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
-    return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
-
-
-def _torque_residual(problem: FitProblem, values: Mapping[str, float]) -> Floats:
-    return problem.residuals(values)[0]
-
-
-def _gap(problem: FitProblem, values: Mapping[str, float], held: NDArray[np.bool_]) -> float:
-    return float(np.sqrt(np.mean(_torque_residual(problem, values)[held] ** 2)))
+def _coarse(recording: Recording, problem: FitProblem, options: GapOptions) -> FitProblem:
+    """The problem with the fewest steps of integration that will do: the search makes hundreds of simulations."""
+    coarse = fit_problem(
+        recording, sensors=problem.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, stiffest=STIFFEST
+    )
+    return coarse if coarse.substeps < problem.substeps else problem
 
 
 def _steps(search: Search, gaps: Sequence[float]) -> tuple[Step, ...]:
@@ -157,84 +148,12 @@ def _steps(search: Search, gaps: Sequence[float]) -> tuple[Step, ...]:
     return tuple(Step(name, gap) for name, gap in zip(names, gaps, strict=True))
 
 
-def _estimate(problem: FitProblem, fit: Fit, trained: Mapping[str, float], held: NDArray[np.bool_]) -> Estimate:
-    return Estimate(problem, fit, uncertainty_of(fit, problem.rate_hz), held, trained)
-
-
-def _final(
-    recording: Recording, problem: FitProblem, search: Search, trained: Mapping[str, float],
-    held: NDArray[np.bool_], sensors: str,
-) -> Identification:  # fmt: skip
+def _final(recording: Recording, estimate: Estimate, sensors: Sensors) -> Identification:
     response = first_mode(recording).response
     result = identification_of(
-        recording, _estimate(problem, search.fit, trained, held), sensors=chosen_sensors(recording, sensors),
-        method="auto", response=None if problem.rigid else response,
-    )  # fmt: skip
+        recording, estimate, sensors=sensors, method="auto", response=None if estimate.problem.rigid else response
+    )
     return replace(result, method="explain_gap")
-
-
-def _finding(
-    search: Search, index: int, gaps: Sequence[float], problem: FitProblem, held: NDArray[np.bool_]
-) -> Finding:
-    accepted = search.accepted[index]
-    trial = accepted.trial
-    estimate = _estimate(problem, search.fit, search.fit.values, held)
-    found = []
-    for key in trial.candidate.keys:
-        p = identified_parameter(estimate, key)
-        found.append(replace(p, key=key.split(".", 1)[1]))
-    others = tuple(
-        Alternative(t.effect, _gap(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
-    )[:3]
-    effect = effect_named(trial.effect)
-    return Finding(
-        effect=trial.effect,
-        verdict="by_hand" if accepted.by_hand else "accepted",
-        confidence=_confidence(accepted),
-        gap_before=gaps[index],
-        gap_after=gaps[index + 1],
-        parameters=tuple(found),
-        evidence=_evidence(trial.effect, accepted, gaps[index], gaps[index + 1]) + _periods_seen(accepted, problem),
-        also_considered=others,
-        indistinguishable_from=accepted.ties,
-        experiment=effect.separated_by if accepted.ties else "",
-    )
-
-
-def _confidence(accepted: Accepted) -> float:
-    """Probability of this effect among all that were tried, none included, by their BIC; never quite certain."""
-    best = accepted.trial.evidence
-    rivals = [0.0, *(t.evidence for t in accepted.others if t.effect != accepted.trial.effect)]
-    odds = sum(math.exp(min(0.0, 0.5 * (r - best))) for r in rivals)
-    return min(0.99, 1.0 / (1.0 + odds))
-
-
-def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str:
-    effect = effect_named(name)
-    trial = accepted.trial
-    text = (
-        f"{effect.summary}: on data not fitted the gap falls from {before:.3g} to {after:.3g} N m; blocks of 0.25 s "
-        f"left out of the fit are predicted better by {100 * trial.held_out.share:.0f} % (t = {trial.held_out.t:.1f}), "
-        f"the BIC falls by {trial.evidence:.0f}; {100 * max(0.0, min(1.0, trial.share)):.0f} % of the closable gap"
-    )
-    if trial.objection:
-        text += f"; against it: {trial.objection}"
-    return text + "."
-
-
-def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
-    """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
-    trial = accepted.trial
-    cycles = trial.fit.values.get(f"{trial.effect}.cycles_per_turn")
-    if cycles is None:
-        return ""
-    periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)
-    if periods >= PERIODS:
-        return ""
-    return (
-        f" Only {periods:.1f} periods lie within the range of motion: it may be any torque that depends on the angle; "
-        "a larger range would tell."
-    )
 
 
 def _verdict(*, named: bool, sound: bool, structured: bool) -> GapVerdict:
@@ -262,34 +181,25 @@ def _as_given(problem: FitProblem, options: GapOptions, refitted: float, held: N
     """How far the model as it was given is from the measurement, before its parameters are identified again."""
     if options.model is None:
         return ()
-    given = _gap(problem, {k: v for k, v in values_of(options.model).items() if k not in options.without}, held)
-    text = f"the model as given leaves {given:.3g} N m"
-    text += f"; with its parameters identified again, which is the base here, {refitted:.3g} N m."
-    return (Notice("model_as_given", text),)
+    given = gap_of(problem, {k: v for k, v in values_of(options.model).items() if k not in options.without}, held)
+    return (Notice(Code.MODEL_AS_GIVEN, numbers={"given": given, "refitted": refitted}, texts={"unit": "N m"}),)
 
 
-def _notices(search: Search, problem: FitProblem) -> tuple[Notice, ...]:
+def _notices(fit: Fit, problem: FitProblem) -> tuple[Notice, ...]:
     notices = []
-    for key, signal in (("torque_delay", "torque"), ("link_skew", "link position")):
-        value = search.fit.values.get(key, 0.0)
+    for key, code in BELOW_A_SAMPLE.items():
+        value = fit.values.get(key, 0.0)
         samples = abs(value) / problem.recording.sample_time
-        if key not in search.fit.free or samples < 0.05:
+        if key not in fit.free or samples < 0.05:
             continue
-        text = f"{signal} fits best when recorded {1e3 * value:+.3f} ms against the motor position, "
-        if samples < AT_THE_LIMIT:
-            text += "less than a sample: measurement, corrected for, not a finding."
-        else:
-            text += "the most that counts as measurement: it may be larger, or stand in for something else."
-        notices.append(Notice(f"{key}_below_a_sample", text))
+        case = "within" if samples < AT_THE_LIMIT else "at_limit"
+        notices.append(Notice(code, key, {"delay_ms": 1e3 * value, "samples": samples}, {"case": case}))
     return tuple(notices)
 
 
 def _refusal(effects: Sequence[str]) -> Notice:
     """Why nothing is named on a recording that does not determine the base model."""
-    text = "the recording does not determine the base model, so nothing is named"
-    if effects:
-        text += f" ({', '.join(effects)} would close some of the gap, by chance for all we know)"
-    return Notice("base_not_determined", text + ".")
+    return Notice(Code.BASE_NOT_DETERMINED, texts={"effects": ", ".join(effects)})
 
 
 def _curves(problem: FitProblem, base: Mapping[str, float], final: Mapping[str, float]) -> GapCurves:

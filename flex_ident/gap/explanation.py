@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from flex_ident.likelihood.repeats import Repeats
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification, Parameter
-from flex_ident.recording import Floats, Notice
+from flex_ident.recording import Floats
 
 GapVerdict = Literal["complete", "explained", "partly_explained", "unexplained", "rejected"]
 
@@ -69,11 +71,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A candidate that was not accepted, with the share of the gap's energy it would close, and why not."""
+    """A candidate that was not accepted, with the share of the gap's energy it would close, and why not.
+
+    `promising` is False for one that was not worth a trial.
+    """
 
     effect: str
     share: float
     reason: str
+    promising: bool = True
 
 
 @dataclass(frozen=True)
@@ -83,15 +89,6 @@ class Untestable:
     effect: str
     orthogonal: float
     experiment: str
-
-
-@dataclass(frozen=True)
-class Repeats:
-    """Where the recording repeats its motion: what repeats in the residual is model error, the rest is noise, N m."""
-
-    period_s: float
-    repeatable: float
-    noise: float
 
 
 @dataclass(frozen=True)
@@ -136,7 +133,7 @@ class GapExplanation:
     @property
     def determined(self) -> bool:
         """Whether the recording determines the model at all; where it does not, no number may be trusted."""
-        return self.verdict != "rejected" and all(n.code != "base_not_determined" for n in self.notices)
+        return self.verdict != "rejected" and all(n.code is not Code.BASE_NOT_DETERMINED for n in self.notices)
 
     @property
     def closed(self) -> float:

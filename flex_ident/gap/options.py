@@ -46,12 +46,9 @@ class GapOptions:
 
     @property
     def base_catalogue(self) -> tuple[str, ...]:
-        """Base keys: eq. 11, whose constant torque is an effect; J, FV, FS and offset of a rigid joint.
+        """Base keys: eq. 11 and a constant torque; J, FV, FS, offset and gravity of a rigid joint.
 
-        Of a joint that slides the constant force is its weight.
+        What slides has no first moments: a constant force is its weight.
         """
-        if self.rigid:
-            return tuple(k for k in RIGID_KEYS if k not in GRAVITY_KEYS)
-        if self.prismatic:
-            return tuple(k for k in FLEXIBLE_KEYS if k not in GRAVITY_KEYS)
-        return tuple(k for k in FLEXIBLE_KEYS if k != "offset")
+        keys = RIGID_KEYS if self.rigid else FLEXIBLE_KEYS
+        return tuple(k for k in keys if not (self.prismatic and k in GRAVITY_KEYS))

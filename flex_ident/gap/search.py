@@ -3,33 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
-from flex_ident.estimation.fit import Fit
-from flex_ident.gap.candidates import Candidate, candidates
 from flex_ident.gap.explanation import Rejected, Untestable
-from flex_ident.gap.fitting import GapFit
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.remainder import remainder
-from flex_ident.gap.screening import VISIBLE, Score, scores
-from flex_ident.gap.trials import (
-    Trial,
-    best_start,
-    closed_share,
-    compared,
-    effects_in,
-    excess_of,
-    final_polish,
-    own_error_of,
-    sketched,
-    starts_of,
-    tried,
-    without,
-)
+from flex_ident.gap.trials import Trial, closed_share, compared, excess_of, final_polish, own_error_of, tried, without
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.remainder import remainder
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.screening.candidates import Candidate, candidates
+from flex_ident.screening.scoring import VISIBLE, Score, scores
+from flex_ident.screening.sketching import best_start, effects_in, sketched, starts_of
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
@@ -73,7 +61,7 @@ class Accepted:
 class Search:
     """Where the search stands: the model's fit, what was accepted and what was not."""
 
-    solver: GapFit
+    solver: SteadyFit
     base: Fit
     fit: Fit
     accepted: list[Accepted] = field(default_factory=list)
@@ -90,7 +78,7 @@ class Search:
         return own_error_of(self.solver, steps)
 
 
-def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
+def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
     """The search from a base fit. Raises DataError when an effect that was asked for cannot be added."""
     search = Search(solver, base, base)
     for name in options.add:
@@ -116,7 +104,7 @@ def searched(solver: GapFit, base: Fit, options: GapOptions, progress: Progress)
     return _only_a_cause(search, solver, base)
 
 
-def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
+def _weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
     """The accepted effects by what each adds to the others, most first, without those that add nothing now.
 
     An effect that comes early may have stood in for one that came later, which then explains more alone.
@@ -143,17 +131,17 @@ def _weighed(search: Search, solver: GapFit, base: Fit) -> Search:
         return search
     as_before = [a for a in search.accepted if a in by_worth]
     try:
-        again = _rebuilt(search, by_worth, solver, base)
+        again = rebuilt(search, by_worth, solver, base)
         if by_worth == as_before:
             return again
-        other = search if as_before == search.accepted else _rebuilt(search, as_before, solver, base)
+        other = search if as_before == search.accepted else rebuilt(search, as_before, solver, base)
     except ExcitationError:  # an order in which a simulation runs away is none
         return search
     first, sound = again.accepted[0].trial, not any(a.trial.objection and not a.by_hand for a in again.accepted)
     return again if sound and first.fit.cost < other.accepted[0].trial.fit.cost else other
 
 
-def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fit) -> Search:
+def rebuilt(search: Search, order: Sequence[Accepted], solver: SteadyFit, base: Fit) -> Search:
     """The search as if its effects had been accepted in this order, each refit started from what is known by now."""
     again = Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)
     for a in order:
@@ -168,7 +156,7 @@ def _rebuilt(search: Search, order: Sequence[Accepted], solver: GapFit, base: Fi
     return again
 
 
-def _only_a_cause(search: Search, solver: GapFit, base: Fit) -> Search:
+def _only_a_cause(search: Search, solver: SteadyFit, base: Fit) -> Search:
     """The search, or what it was before it, when all that was accepted leaves most of the gap: only resemblance.
 
     Unless what is left is no more than the method's own error, which nothing can close.
@@ -190,8 +178,13 @@ def _part(progress: Progress, start: float, share: float, text: str) -> None:
     progress(start + share / MOST_EFFECTS, text)
 
 
+def _candidates(search: Search, effects: tuple[str, ...], options: GapOptions) -> Iterator[Candidate]:
+    problem, values = search.solver.problem, search.fit.values
+    return candidates(problem, values, effects=effects, prismatic=options.prismatic)
+
+
 def _scored(search: Search, options: GapOptions) -> list[Score]:
-    tries = list(candidates(search.solver.problem, search.fit.values, options))
+    tries = list(_candidates(search, options.effects, options))
     found = scores(search.solver, search.fit, tries)
     kept = []
     for score in found:
@@ -206,7 +199,7 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
     for s in kept:
         if s.gain < WORTH_A_TRIAL and s.candidate.effect not in search.rejected:
             reason = "it would explain nothing of what is left"
-            search.rejected[s.candidate.effect] = Rejected(s.candidate.effect, 0.0, reason)
+            search.rejected[s.candidate.effect] = Rejected(s.candidate.effect, 0.0, reason, promising=False)
     for name in list(search.untestable):
         if name in promising:
             del search.untestable[name]
@@ -257,8 +250,8 @@ def _search_deeply(
         why = "what is left is no more than noise and the method's own error"
     else:
         progress(0.9, f"trying {_words(deep)}")
-        shapes = [c for c in candidates(search.solver.problem, search.fit.values, options) if c.effect == name]
-        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in _spread(shapes)]
+        shapes = [c for c in _candidates(search, options.effects, options) if c.effect == name]
+        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes if c.probe.raced]
         starts.append(best_start(search.solver, search.fit, deep))
         try:
             trials.append(tried(search.solver, search.fit, deep.candidate, starts, own))
@@ -293,16 +286,9 @@ def _words(score: Score) -> str:
     return score.candidate.effect.replace("_", " ")
 
 
-def _spread(shapes: list[Candidate]) -> list[Candidate]:
-    """The shapes to race from: what the link's motion shows, and one inertia at each frequency of the grid."""
-    odd = len(shapes) % 2
-    return [*shapes[:odd], *shapes[odd::2]]
-
-
 def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     """The search with an effect put in, whatever speaks against it. Raises DataError."""
-    own = replace(options, effects=(name,), add=())
-    tries = list(candidates(search.solver.problem, search.fit.values, own))
+    tries = list(_candidates(search, (name,), options))
     found = scores(search.solver, search.fit, tries)
     if not found:
         already = name in effects_in(search.fit.free)

@@ -14,6 +14,7 @@ from flex_ident.gap.explanation import GapExplanation
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Progress
 from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Recording
 
 OFF_SIGMAS = 3.0
@@ -83,7 +84,7 @@ def compared_with_simulator(
         base = identify(simulated, IdentifyOptions(sensors=sensors, rigid=options.rigid), prismatic=options.prismatic)
     found = {p.key: p for p in base.parameters}
     differences = tuple(
-        Difference(found[p.key], p) for p in explanation.final.parameters if p.key in found and "." not in p.key
+        Difference(found[p.key], p) for p in explanation.final.parameters if p.key in found and effect_in(p.key) is None
     )
     has = {f.effect for f in own.findings}
     lacks = tuple(f.effect for f in explanation.findings if f.effect not in has)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.estimation.problem import FitProblem
 from flex_ident.gap.explanation import Profile, Region
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 
 BINS = 24

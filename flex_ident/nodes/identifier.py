@@ -20,11 +20,11 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flex_ident.commands.common import one_line
-from flex_ident.commands.gap_jobs import finished_explanation, gap_options
-from flex_ident.commands.jobs import finished_identification
-from flex_ident.commands.options import identify_options, signal_selection
 from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, Setting
 from flex_ident.errors import ConfigurationError, FlexIdentError
+from flex_ident.jobs.explaining import finished_explanation
+from flex_ident.jobs.identifying import finished_identification
+from flex_ident.jobs.options import gap_options, identify_options, signal_selection
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare, refuse_unknown
 from flex_ident.nodes.running import run_node, spin

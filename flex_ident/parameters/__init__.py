@@ -14,6 +14,8 @@ from flex_ident.parameters.joint_model import JointModel, read_joint_model
 from flex_ident.parameters.parameter import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
+    LOGARITHMIC,
+    MEASUREMENT_UNITS,
     NON_NEGATIVE,
     PRISMATIC_UNITS,
     RIGID_KEYS,
@@ -23,7 +25,7 @@ from flex_ident.parameters.parameter import (
 )
 
 __all__ = [
-    "FLEXIBLE_KEYS", "GRAVITY_KEYS", "NON_NEGATIVE", "PRISMATIC_UNITS", "RIGID_KEYS", "UNITS", "CutoffSweep",
-    "FilterSettings", "FitQuality", "FrequencyResponse", "Identification", "JointModel", "Parameter", "Sensors",
-    "TorqueCurves", "Verdict", "read_joint_model", "with_systematic",
+    "FLEXIBLE_KEYS", "GRAVITY_KEYS", "LOGARITHMIC", "MEASUREMENT_UNITS", "NON_NEGATIVE", "PRISMATIC_UNITS",
+    "RIGID_KEYS", "UNITS", "CutoffSweep", "FilterSettings", "FitQuality", "FrequencyResponse", "Identification",
+    "JointModel", "Parameter", "Sensors", "TorqueCurves", "Verdict", "read_joint_model", "with_systematic",
 ]  # fmt: skip

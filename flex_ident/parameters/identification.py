@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import DataError
+from flex_ident.notices import Notice
 from flex_ident.parameters.joint_model import JointModel
 from flex_ident.parameters.parameter import Parameter
-from flex_ident.recording.recording import Floats, Notice
+from flex_ident.recording.recording import Floats
 
 Sensors = Literal["motor", "motor+link"]
 Verdict = Literal["trusted", "doubtful", "rejected"]

@@ -12,6 +12,7 @@ import yaml
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters.documents import yaml_document
+from flex_ident.parameters.keys import key_parts, key_text
 from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, RIGID_KEYS
 from flex_ident.recording.names import harmless, path_text, shortened
 
@@ -46,10 +47,9 @@ class JointModel:
 
     def value(self, key: str) -> float:
         """A base parameter (`K`) or an effect's (`backlash.gap`); 0 when the model does not hold it."""
-        if "." in key:
-            effect, name = key.split(".", 1)
-            return self.effects.get(effect, {}).get(name, 0.0)
-        return self.parameters.get(key, 0.0)
+        effect, name = key_parts(key)
+        own = self.parameters if effect is None else self.effects.get(effect, {})
+        return own.get(name, 0.0)
 
     def with_effect(self, name: str, parameters: Mapping[str, float]) -> JointModel:
         """The same model with one effect added or replaced."""
@@ -59,13 +59,13 @@ class JointModel:
         """The same model with base parameters dropped (they are zero then)."""
         return replace(self, parameters={k: v for k, v in self.parameters.items() if k not in keys})
 
-    def write(self, path: Path) -> None:
+    def write(self, path: Path | str) -> None:
         """Write `model.yaml`."""
         content = {
             "schema": SCHEMA, "joint": self.joint, "parameters": dict(self.parameters),
             "effects": {name: dict(p) for name, p in self.effects.items()},
         }  # fmt: skip
-        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        Path(path).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
 
 
 def read_joint_model(path: Path) -> JointModel:
@@ -106,6 +106,7 @@ def _numbers(content: object, where: str) -> dict[str, float]:
     found = {}
     for key, value in _mapping(content, where).items():
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise ConfigurationError(f"{where}.{harmless(str(key))} is {shortened(value)}: expected a finite number.")
+            place = key_text(where, harmless(str(key)))
+            raise ConfigurationError(f"{place} is {shortened(value)}: expected a finite number.")
         found[harmless(str(key))] = float(value)
     return found

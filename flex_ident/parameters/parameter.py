@@ -21,6 +21,14 @@ RIGID_KEYS = ("J", "FV", "FS", "offset", "MX", "MY")
 GRAVITY_KEYS = ("MX", "MY")
 """First moments; a joint that slides has none."""
 NON_NEGATIVE = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "J")
+LOGARITHMIC = ("Jm", "K", "JL", "J")
+"""Keys fitted by their logarithm: positive by construction, and a factor is a factor."""
+MEASUREMENT_UNITS = {
+    "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "torque_averaging": "sample^2",
+    "initial_deflection": "rad", "initial_velocity": "rad/s", "effort_lag": "s", "reversal_speed": "rad/s",
+    "presliding": "rad", "reversal_lead": "s",
+}  # fmt: skip
+"""Units of what is estimated beside the joint: the measurement chain and the state at the start."""
 SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}
 SYSTEMATIC_FRICTION = 5e-3
 """Relative standard deviation of what the methods get wrong themselves (reversals rounded by the filter, the drive's

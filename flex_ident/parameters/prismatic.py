@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from flex_ident.notices import Notice
 from flex_ident.parameters.identification import Identification
 from flex_ident.parameters.parameter import PRISMATIC_UNITS, Parameter
 
@@ -14,7 +15,17 @@ def prismatic(result: Identification) -> Identification:
         result,
         parameters=tuple(in_metres(p) for p in result.parameters),
         measurement=tuple(in_metres(p) for p in result.measurement),
+        notices=notices_in_metres(result.notices),
     )
+
+
+def notices_in_metres(notices: tuple[Notice, ...]) -> tuple[Notice, ...]:
+    """The notices, those about a quantity with its unit for a prismatic joint."""
+    return tuple(
+        n if "unit" not in n.texts
+        else replace(n, texts={**n.texts, "unit": PRISMATIC_UNITS.get(n.subject, unit_in_metres(n.texts["unit"]))})
+        for n in notices
+    )  # fmt: skip
 
 
 def in_metres(p: Parameter) -> Parameter:
@@ -31,4 +42,4 @@ def unit_in_metres(text: str) -> str:
 
 def slides(result: Identification) -> bool:
     """Whether a result is in the units of a prismatic joint."""
-    return any(p.unit == PRISMATIC_UNITS.get(p.key) for p in result.parameters)
+    return any(p.unit == PRISMATIC_UNITS.get(p.key) or p.unit in ("A s/m", "A/m") for p in result.parameters)

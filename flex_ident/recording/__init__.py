@@ -1,5 +1,5 @@
 """Stage 1: what was recorded, validated and on one uniform clock."""
 
-from flex_ident.recording.recording import Floats, Notice, Recording, Sampling, Signal, extent_text, more_needed
+from flex_ident.recording.recording import Floats, Recording, Sampling, Signal, extent_text, more_needed
 
-__all__ = ["Floats", "Notice", "Recording", "Sampling", "Signal", "extent_text", "more_needed"]
+__all__ = ["Floats", "Recording", "Sampling", "Signal", "extent_text", "more_needed"]

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.errors import ExcitationError
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.instants import evened, grid_index, period_of
 from flex_ident.recording.magnitudes import magnitude_notices
-from flex_ident.recording.recording import Floats, Notice, Recording, Role, Sampling, Signal, extent_text, more_needed
+from flex_ident.recording.recording import Floats, Recording, Role, Sampling, Signal, extent_text, more_needed
 from flex_ident.recording.resampling import GAP_PERIODS, UNIFORM, on_clock
 
 FEWEST = 64
@@ -94,8 +95,7 @@ def _span(times: list[Floats], period: float) -> tuple[float, float, list[Notice
         last = np.concatenate((pauses, [inside.size - 1]))
         longest = int(np.argmax(last - first))
         start, stop = inside[first[longest]], inside[last[longest]]
-        text = f"the recording pauses: only its longest part, of {stop - start:.6g} s, was used."
-        notices.append(Notice("paused", text))
+        notices.append(Notice(Code.PAUSED, numbers={"longest_s": stop - start}))
     return float(start), float(stop), notices
 
 
@@ -137,8 +137,7 @@ def aligned_recording(
         measured &= here
     bridged = 100.0 * float(np.mean(~measured))
     if bridged > 0.0:
-        text = f"{bridged:.2f} % of the recording lies in gaps of over {GAP_PERIODS:.0f} samples: left out."
-        collected.append(Notice("gaps", text))
+        collected.append(Notice(Code.GAPS, numbers={"percent": bridged, "periods": GAP_PERIODS}))
     recording = Recording(
         joint=joint,
         sample_rate_hz=1.0 / period,

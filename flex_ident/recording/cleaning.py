@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from flex_ident.errors import SignalError
-from flex_ident.recording.recording import Floats, Notice, Role, Signal
+from flex_ident.notices import Code, Notice
+from flex_ident.recording.recording import Floats, Role, Signal
 
 JUMP_PERIODS = 20.0
 """Periods from which time that goes back is a clock that was set, and not a sample out of order."""
@@ -38,8 +39,7 @@ def cleaned_signal(
         raise SignalError(f"{source} holds {what}: name another signal.")
     if nonfinite:
         time, values = time[finite], values[finite]
-        text = f"{nonfinite} of {total} messages of {source} hold no finite number, or no stamp, and were dropped."
-        notices.append(Notice("nonfinite_values", text))
+        notices.append(Notice(Code.NONFINITE_VALUES, source, {"count": nonfinite, "total": total}))
     steps = np.diff(time)
     forward = steps[steps > 0]
     period = float(np.median(forward)) if forward.size else 0.0
@@ -53,12 +53,8 @@ def cleaned_signal(
         if jumps.size:
             kept = stretch.stop - stretch.start
             backwards += time.size - kept
-            often = "once" if jumps.size == 1 else f"{jumps.size} times"
-            text = (
-                f"time of {source.partition(':')[0]} jumps back {often}, by {jumps.max():.3g} s at most: "
-                f"the longest stretch of {kept} samples was kept, {time.size - kept} were dropped."
-            )
-            notices.append(Notice("time_jumped_back", text))
+            sizes = {"jumps": jumps.size, "largest_s": jumps.max(), "kept": kept, "dropped": time.size - kept}
+            notices.append(Notice(Code.TIME_JUMPED_BACK, source.partition(":")[0], sizes))
             time, values = time[stretch], values[stretch]
     keep = np.ones(time.size, bool)
     keep[1:] = time[1:] > np.maximum.accumulate(time)[:-1]
@@ -66,17 +62,11 @@ def cleaned_signal(
     disordered = max(0, int(np.count_nonzero(~keep)) - duplicates)
     backwards += disordered
     if single + disordered:
-        text = (
-            f"{single + disordered} of {total} messages of {source.partition(':')[0]} are out of order in time, or "
-            "have a stamp far from their neighbours', and were dropped."
-        )
-        notices.append(Notice("stamps_out_of_order", text))
+        sizes = {"count": single + disordered, "total": total}
+        notices.append(Notice(Code.STAMPS_OUT_OF_ORDER, source.partition(":")[0], sizes))
     if time.size > 1 and duplicates > FEW_DUPLICATES * total and keep.sum() > 1:
-        text = (
-            f"{duplicates} of {total} messages of {source.partition(':')[0]} repeat the stamp before them: one of each "
-            "was kept, which lowers the rate. Stamp each message when it is measured."
-        )
-        notices.append(Notice("duplicate_stamps", text))
+        sizes = {"count": duplicates, "total": total}
+        notices.append(Notice(Code.DUPLICATE_STAMPS, source.partition(":")[0], sizes))
     if not keep.all():
         time, values = time[keep], values[keep]
     if total == 1:

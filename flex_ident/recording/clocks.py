@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.cleaning import cleaned_signal
-from flex_ident.recording.recording import Floats, Notice, Role, Signal
+from flex_ident.recording.recording import Floats, Role, Signal
 from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
 
 OTHER_CLOCK = 1_000_000_000
@@ -80,13 +81,7 @@ def signals_of(
             time = (stamps + shift).astype(np.float64) * 1e-9
             time[own.stamps == 0] = np.nan
             if shift:
-                notices.append(
-                    Notice(
-                        "different_clocks",
-                        f"stamps of {own.source} come from a clock {-shift * 1e-9:.6g} s off: brought to the motor "
-                        "position's by the usual time from stamp to reception.",
-                    )
-                )
+                notices.append(Notice(Code.DIFFERENT_CLOCKS, own.source, {"off_s": -shift * 1e-9}))
         else:
             tick = 0
             # Shifted by the usual time from stamp to reception, so that all signals share one axis.
@@ -98,11 +93,7 @@ def signals_of(
         signal, dropped = cleaned_signal(role, own.source, clock, time, values)
         if tick:
             signal = replace(signal, time=evened_ticks(signal.time, 1e-9 * tick))
-            text = (
-                f"stamps of {own.source.partition(':')[0]} come in ticks of {tick * 1e-6:.4g} ms: samples were "
-                "taken as evenly spaced."
-            )
-            notices.append(Notice("coarse_stamps", text))
+            notices.append(Notice(Code.COARSE_STAMPS, own.source.partition(":")[0], {"tick_ms": tick * 1e-6}))
         signals.append(signal)
         notices += dropped
     why = complaint_of(motor.stamps) if motor.stamps.size > 1 else "are not set"
@@ -115,14 +106,10 @@ def _without_clock_steps(raw: RawSignal, notices: list[Notice]) -> RawSignal:
     stamps, steps = steps_taken_back(raw.stamps, raw.received)
     if not steps:
         return raw
-    largest = 1e-6 * max(steps, key=abs)
-    often = "once" if len(steps) == 1 else f"{len(steps)} times"
-    text = (
-        f"the clock that stamps {raw.source.partition(':')[0]} was set {often}, by {largest:+.4g} ms at "
-        "most, while messages went on: its steps were taken back."
-    )
-    if all(notice.message != text for notice in notices):
-        notices.append(Notice("clock_stepped", text))
+    sizes = {"steps": len(steps), "largest_ms": 1e-6 * max(steps, key=abs)}
+    notice = Notice(Code.CLOCK_STEPPED, raw.source.partition(":")[0], sizes)
+    if notice not in notices:
+        notices.append(notice)
     return replace(raw, stamps=stamps)
 
 
@@ -136,13 +123,5 @@ def _clock_notices(signals: list[Signal], joint: str, latency: int, why: str) ->
     if not received:
         return []
     if len(received) == len(signals):
-        text = (
-            f"header stamps of {joint} {why}: times of reception were used, and samples taken as evenly spaced. "
-            "Stamp the messages where they are measured."
-        )
-        return [Notice("receive_times", text)]
-    text = (
-        f"{', '.join(received)} carry no usable stamp: times of reception were used, shifted by the usual latency of "
-        f"{latency * 1e-6:.2f} ms. A skew between torque and position biases viscous friction."
-    )
-    return [Notice("mixed_clocks", text)]
+        return [Notice(Code.RECEIVE_TIMES, joint, texts={"why": why})]
+    return [Notice(Code.MIXED_CLOCKS, ", ".join(received), {"latency_ms": latency * 1e-6})]

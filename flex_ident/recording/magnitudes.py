@@ -11,10 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.recording.recording import Floats, Notice, Recording
+from flex_ident.notices import Code, Notice
+from flex_ident.recording.recording import Floats, Recording
 
-NOT_SI = ("position_not_si", "effort_not_si")
-"""Codes of the warnings below: what they stand on cannot be trusted."""
 FASTEST = 20.0
 """rad/s or m/s: no joint that swings more than a turn does it faster on the link side."""
 SPEED_WINDOW_S = 0.02
@@ -31,59 +30,35 @@ LIGHTEST, HEAVIEST = 1e-6, 1e7
 
 def magnitude_notices(recording: Recording) -> tuple[Notice, ...]:
     """`position_not_si` and `effort_not_si`, where the recording's magnitudes cannot be SI; none where they can."""
-    position = _position_complaint(recording)
-    effort = None if position else _effort_complaint(recording)
-    found = []
-    if position:
-        found.append(Notice("position_not_si", f"{position} Positions are taken as rad or m on the link side."))
-    if effort:
-        text = f"{effort} Efforts are taken as N m or N on the link side: --effort-scale converts them."
-        found.append(Notice("effort_not_si", text))
-    return tuple(found)
+    found = _position_complaint(recording) or _effort_complaint(recording)
+    return () if found is None else (found,)
 
 
-def _position_complaint(recording: Recording) -> str | None:
+def _position_complaint(recording: Recording) -> Notice | None:
     for name, values in (("motor", recording.motor_position), ("link", recording.link_position)):
         if values is None:
             continue
         swing, speed = float(np.ptp(values)), _speed(values, recording.sample_rate_hz)
         if _are_counts(values) and swing > 2.0 * math.pi:
-            return f"the {name} position holds whole numbers only, over {swing:.4g}: encoder counts?"
+            return Notice(Code.POSITION_NOT_SI, f"{name}_position", {"swing": swing}, {"case": "counts", "which": name})
         if swing > 2.0 * math.pi and speed > FASTEST:
-            return (
-                f"the {name} position spans {swing:.4g} at up to {speed:.4g} a second: degrees, millimetres, or the "
-                "motor shaft's (--gear-ratio)?"
-            )
+            moved = {"swing": swing, "speed": speed}
+            return Notice(Code.POSITION_NOT_SI, f"{name}_position", moved, {"case": "swing", "which": name})
     ratio = _motor_over_link(recording)
     if ratio is not None and not 1.0 / TOGETHER < ratio < TOGETHER:
-        return (
-            f"the motor position moves {ratio:.4g} times as far as the link's where both move together: "
-            f"{_reason(ratio)}."
-        )
+        return Notice(Code.POSITION_NOT_SI, "motor_position", {"ratio": ratio}, {"case": "ratio"})
     return None
 
 
-def _reason(ratio: float) -> str:
-    for factor, reason in (
-        (180.0 / math.pi, "motor in degrees, link in radians"),
-        (math.pi / 180.0, "motor in radians, link in degrees"),
-        (1000.0, "motor in millimetres, link in metres"),
-    ):
-        if abs(ratio / factor - 1.0) < 0.05:
-            return reason
-    return "is one in other units, or on the motor shaft (--gear-ratio)?"
-
-
-def _effort_complaint(recording: Recording) -> str | None:
+def _effort_complaint(recording: Recording) -> Notice | None:
     torque = recording.motor_torque
+    largest = float(np.abs(torque).max(initial=0.0))
     if _are_counts(torque):
-        return f"the effort holds whole numbers only, up to {np.abs(torque).max():.4g}: raw units of the drive?"
+        return Notice(Code.EFFORT_NOT_SI, "motor_torque", {"largest": largest}, {"case": "counts"})
     inertia = _apparent_inertia(recording)
     if inertia is not None and not LIGHTEST < inertia < HEAVIEST:
-        return (
-            f"efforts of up to {np.abs(torque).max():.3g} for these accelerations suggest an inertia of "
-            f"{inertia:.2g}: a current, or another unit?"
-        )
+        sizes = {"largest": largest, "inertia": inertia}
+        return Notice(Code.EFFORT_NOT_SI, "motor_torque", sizes, {"case": "inertia"})
     return None
 
 

@@ -12,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flex_ident.notices import Code, Notice
 from flex_ident.recording.holds import Freeze, freezes, fresh, samples_per_update
 from flex_ident.recording.instants import rough_period
 from flex_ident.recording.outliers import put_in_between, spikes
-from flex_ident.recording.recording import Floats, Notice, Role, Signal
+from flex_ident.recording.recording import SLOW_HZ, Floats, Role, Signal
 from flex_ident.recording.seams import continued
 
 MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
@@ -56,11 +57,9 @@ def _without_constants(signal: Signal, notices: list[Notice]) -> Signal:
     between, constant = put_in_between(signal.values)
     count = int(np.count_nonzero(between))
     if count:
-        zero = "zero" if constant == 0.0 else f"{constant:.6g}"
-        text = f"{count} of {total} values of {signal.source} are {zero} between others that are not: left out."
-        if count > MANY * total:
-            text += " Does a second node publish on this topic?"
-        notices.append(Notice("isolated_values", text))
+        sizes = {"count": count, "total": total, "constant": constant}
+        case = "second_publisher" if count > MANY * total else "few"
+        notices.append(Notice(Code.ISOLATED_VALUES, signal.source, sizes, {"case": case}))
         signal = _kept(signal, ~between)
     return signal
 
@@ -70,8 +69,7 @@ def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
     lone = spikes(signal.values)
     count = int(np.count_nonzero(lone))
     if count:
-        text = f"{count} of {total} values of {signal.source} are spikes of a single sample: left out."
-        notices.append(Notice("spikes", text))
+        notices.append(Notice(Code.SPIKES, signal.source, {"count": count, "total": total}))
         signal = _kept(signal, ~lone)
     return signal
 
@@ -80,16 +78,12 @@ def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal
     jumps = continued(signal.time, signal.values, turn)
     if not jumps.count:
         return signal
-    often = "once" if jumps.count == 1 else f"{jumps.count} times"
     if jumps.seam:
-        text = f"{signal.source} jumps {often} by {jumps.size:.6g}, the seam of its encoder: made continuous."
-        notices.append(Notice("position_unwrapped", text))
+        sizes = {"jumps": jumps.count, "size": jumps.size}
+        notices.append(Notice(Code.POSITION_UNWRAPPED, signal.source, sizes, {"case": "seam"}))
     else:
-        text = (
-            f"{signal.source} jumps {often}, by {jumps.size:.4g} at most, and goes on from there, as after a new zero: "
-            "made continuous with its first part."
-        )
-        notices.append(Notice("position_rezeroed", text))
+        sizes = {"jumps": jumps.count, "largest": jumps.size}
+        notices.append(Notice(Code.POSITION_REZEROED, signal.source, sizes))
     return replace(signal, values=jumps.values)
 
 
@@ -103,12 +97,9 @@ def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Si
     for stretch in stretches:
         kept[stretch.start + 1 : stretch.stop] = False
         seconds += float(torque.time[stretch.stop - 1] - torque.time[stretch.start])
-    often = "once" if len(stretches) == 1 else f"{len(stretches)} times"
-    text = (
-        f"{torque.source} stands still {often}, for {seconds:.3g} s in all ({np.count_nonzero(~kept)} of "
-        f"{kept.size} samples), where it cannot: left out."
-    )
-    notices.append(Notice("effort_frozen", text))
+    dropped = int(np.count_nonzero(~kept))
+    sizes = {"stretches": len(stretches), "seconds": seconds, "count": dropped, "total": kept.size}
+    notices.append(Notice(Code.EFFORT_FROZEN, torque.source, sizes))
     return _kept(torque, kept)
 
 
@@ -118,9 +109,8 @@ def _without_repeats(signal: Signal, notices: list[Notice]) -> Signal:
         return signal
     kept = fresh(signal.values, ratio)
     rate = 1.0 / rough_period(signal.time)
-    text = (
-        f"{signal.source} is stamped at {rate:.4g} Hz and measured at {rate / ratio:.4g} Hz: the "
-        f"{np.count_nonzero(~kept)} of {kept.size} samples that repeat others were left out."
-    )
-    notices.append(Notice("held_samples", text))
+    count = int(np.count_nonzero(~kept))
+    sizes = {"stamped_hz": rate, "measured_hz": rate / ratio, "count": count, "total": kept.size}
+    case = "slow" if rate / ratio < SLOW_HZ else "fast"
+    notices.append(Notice(Code.HELD_SAMPLES, signal.source, sizes, {"case": case}))
     return _kept(signal, kept)

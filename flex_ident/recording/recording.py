@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
+from flex_ident.notices import Notice
 
 SHORT_S, SLOW_HZ = 10.0, 100.0
 """Duration and rate below which a recording is said to be short, or slow."""
@@ -73,14 +74,6 @@ class Sampling:
     dropped_nonfinite: int = 0
     dropped_duplicates: int = 0
     dropped_backwards: int = 0
-
-
-@dataclass(frozen=True)
-class Notice:
-    """A warning that travels with a result: a stable `code` to script against and a `message` to read."""
-
-    code: str
-    message: str
 
 
 @dataclass(frozen=True)

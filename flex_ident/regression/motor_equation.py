@@ -9,8 +9,9 @@ import numpy as np
 
 from flex_ident.errors import DataError
 from flex_ident.filtering.band import excited_band_hz
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import UNITS, Parameter
-from flex_ident.recording import Notice, Recording
+from flex_ident.recording import Recording
 from flex_ident.regression.least_squares import least_squares
 from flex_ident.regression.observation import clean_observation
 
@@ -54,7 +55,7 @@ def motor_equation(recording: Recording) -> MotorEquation:
 
 
 def motor_equation_notice(recording: Recording) -> Notice | None:
-    """What eq. 6 alone says of K, in words; None without a link position or when it cannot be solved."""
+    """What eq. 6 alone says of K; None without a link position or when it cannot be solved."""
     if recording.link_position is None:
         return None
     try:
@@ -62,20 +63,8 @@ def motor_equation_notice(recording: Recording) -> Notice | None:
     except DataError:
         return None
     k = found.stiffness
-    if not k.identifiable:
-        text = (
-            f"not even the motor's equation alone (eq. 6) determines K: {k.value:.2g} ± {2 * k.std:.1g} N m/rad (2σ), "
-            f"{found.error_percent:.0f} % of the torque left. The measured deflection does not follow the torque: "
-            "check that both encoders belong to this joint and share one clock, and move this joint alone."
-        )
-        return Notice("motor_equation", text)
-    text = (
-        f"the motor's equation alone (eq. 6), which holds whatever moves the link, gives K = {k.value:.2g} ± "
-        f"{2 * k.std:.1g} N m/rad (2σ) with {found.error_percent:.0f} % of the torque left"
-    )
-    if found.least_skew_s > 0.0:
-        text += (
-            f"; its velocity term is negative, which means that the link encoder is read at least "
-            f"{1e3 * found.least_skew_s:.1f} ms after the motor's"
-        )
-    return Notice("motor_equation", text + ".")
+    numbers = {
+        "K": k.value, "std": k.std, "left_percent": found.error_percent, "least_skew_s": found.least_skew_s,
+    }  # fmt: skip
+    case = "determined" if k.identifiable else "undetermined"
+    return Notice(Code.MOTOR_EQUATION, "K", numbers, {"case": case, "unit": k.unit})

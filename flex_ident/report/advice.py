@@ -3,108 +3,154 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
 
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification
-from flex_ident.recording import Notice
 from flex_ident.regression.verdict import ESSENTIAL, EXPERIMENTS
+from flex_ident.report.sentences import experiment_for, sentence
 
 UNRELATED_PERCENT = 90.0
 """A model that leaves this share of the torque describes nothing of it."""
 HALF_PERCENT = 50.0
-SIGNALS_FIRST = ("effort_reversed", "effort_not_si", "position_not_si")
+SIGNALS_FIRST = (
+    Code.JOINT_STILL, Code.EFFORT_UNSIGNED, Code.EFFORT_REVERSED, Code.EFFORT_NOT_SI, Code.POSITION_NOT_SI,
+)  # fmt: skip
 """Codes that say that a signal is not what it was taken for: all else follows from it."""
 DOUBTS = (
-    "mode_outside_band", "low_excitation", "low_sampling_rate", "simplified_model", "x5_inconsistent", "torque_delay",
-    "link_skew", "validation_gap", "model_mismatch",
+    Code.NO_MODE_IN_BAND, Code.MODE_OUTSIDE_BAND, Code.SINGLE_TONE, Code.CONSTANT_SPEED, Code.STICKING,
+    Code.LOW_EXCITATION, Code.LOW_SAMPLING_RATE, Code.SAMPLED_SLOWLY, Code.SIMPLIFIED_MODEL, Code.X5_INCONSISTENT,
+    Code.STARTS_DISAGREE, Code.EFFORT_FROZEN, Code.HELD_SAMPLES, Code.POSITION_REZEROED, Code.TORQUE_DELAY,
+    Code.LINK_SKEW, Code.VALIDATION_GAP, Code.MODEL_MISMATCH,
+    Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.NOISE_UNKNOWN,
 )  # fmt: skip
 """Codes for which a result is doubtful, the most telling first."""
 
+REFUSALS = (Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL)
+"""Codes for which a result is rejected, where nothing else stands out."""
+
+Kind = Literal["signals", "action", "warning"]
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The one thing to do first, and the notices whose sentences it holds.
+
+    `signals`: the recorded signals must be looked at before anything else means something; `action`: do something else
+    with the same recording or another; `warning`: a notice's own sentence.
+    """
+
+    kind: Kind
+    text: str
+    covers: tuple[Notice, ...] = ()
+
 
 def told(notices: Iterable[Notice]) -> tuple[str, ...]:
-    """Each message once, in order."""
-    return tuple(dict.fromkeys(n.message for n in notices))
+    """The sentence of each notice once, in order."""
+    return tuple(dict.fromkeys(sentence(n) for n in notices))
 
 
 def first_thing(result: Identification) -> str | None:
+    """The one thing to do about a result that is not trusted, in words; None where nothing stands out."""
+    found = first_advice(result)
+    return None if found is None else found.text
+
+
+def first_advice(result: Identification) -> Advice | None:
     """The one thing to do about a result that is not trusted; None where nothing stands out."""
     if result.verdict == "trusted":
         return None
-    said = {n.code: n.message for n in reversed(result.notices)}
+    said = {n.code: n for n in reversed(result.notices)}
     for code in SIGNALS_FIRST:
         if code in said:
-            return _sentence(said[code])
+            return _as_said(said[code])
     if result.verdict == "doubtful":
-        return next((_sentence(said[code]) for code in DOUBTS if code in said), None)
+        return _objection(result, DOUBTS)
     return _remedy(result, said)
 
 
-def _remedy(result: Identification, said: dict[str, str]) -> str | None:
+def _as_said(notice: Notice) -> Advice:
+    return Advice("warning", _sentence(sentence(notice)), (notice,))
+
+
+def _remedy(result: Identification, said: dict[Code, Notice]) -> Advice | None:
     """What to do about a rejected result."""
     left = result.fit.validation_relative_error_percent
     left = max(left, result.fit.relative_error_percent)
     weak = [p.key for p in result.parameters if p.key in ESSENTIAL and not p.identifiable]
     if not left < UNRELATED_PERCENT:
-        return (
+        return Advice(
+            "signals",
             f"Check the effort signal: the model leaves {left:.0f} % of it, so it has next to nothing to do with the "
             "recorded motion. Is it this joint's effort (--effort), does it hold more than noise, and does one clock "
-            "stamp both? No other experiment helps before that."
+            "stamp both? No other experiment helps before that.",
         )
-    if "motor_equation" in said:
-        return _of_the_motors_equation(said["motor_equation"], rigid=result.model.rigid)
+    if Code.MOTOR_EQUATION in said:
+        return _of_the_motors_equation(said[Code.MOTOR_EQUATION], rigid=result.model.rigid)
     if left > HALF_PERCENT and weak and not result.model.rigid:
-        return (
+        return Advice(
+            "signals",
             f"Check that the signals belong together: the model leaves {left:.0f} % of the torque. Are unit and sign "
-            "of the effort right (--effort-scale), is the position this joint's, and did the other axes stand still?"
+            "of the effort right (--effort-scale), is the position this joint's, and did the other axes stand still?",
         )
     if weak and not (result.model.rigid and left > HALF_PERCENT):
-        how = EXPERIMENTS[weak[0] if len(weak) == 1 or "K" not in weak else "K"]
-        return f"Record again: {how}. {_listed(weak)} not determined, and everything else hangs on that."
+        how = experiment_for(weak[0] if len(weak) == 1 or "K" not in weak else "K")
+        text = f"Record again: {how}. {_listed(weak)} not determined, and everything else hangs on that."
+        return Advice("warning", text)
     if result.model.rigid and left > HALF_PERCENT:
-        return f"Identify without --rigid: the model of a rigid joint leaves {left:.0f} % of the torque."
-    if "not_physical" in said:
-        return "Check sign and scale of the effort (--effort-scale): " + said["not_physical"]
-    return _sentence(said["model_mismatch"]) if "model_mismatch" in said else None
+        text = f"Identify without --rigid: the model of a rigid joint leaves {left:.0f} % of the torque."
+        return Advice("action", text)
+    if Code.NOT_PHYSICAL in said:
+        notice = said[Code.NOT_PHYSICAL]
+        return Advice("signals", f"Check sign and scale of the effort (--effort-scale): {sentence(notice)}", (notice,))
+    return _objection(result, (*REFUSALS, Code.MODEL_MISMATCH, *DOUBTS))
 
 
-def _of_the_motors_equation(text: str, *, rigid: bool) -> str:
+def _objection(result: Identification, codes: Iterable[Code]) -> Advice | None:
+    """What the first of these codes says that doubts or rejects."""
+    said = {n.code: n for n in reversed(result.notices) if n.severity != "info"}
+    return next((_as_said(said[code]) for code in codes if code in said), None)
+
+
+def _of_the_motors_equation(notice: Notice, *, rigid: bool) -> Advice:
     """What to do where the motor's equation was tried alone: it determines K, or not even that (then it says why)."""
-    if "K = " not in text:
-        return _sentence(text)
+    if notice.case != "determined":
+        return _as_said(notice)
     if rigid:
-        return f"Identify without --rigid: {text}"
-    return f"Take K from the motor's equation, nothing else, and record again with all other axes at rest: {text}"
+        return Advice("action", f"Identify without --rigid: {sentence(notice)}", (notice,))
+    how = "Take K from the motor's equation, nothing else, and record again with all other axes at rest"
+    return Advice("action", f"{how}: {sentence(notice)}", (notice,))
 
 
 def other_things(result: Identification) -> tuple[str, ...]:
     """The other warnings, each once; what is not determined goes by the experiment that would determine it."""
-    first = first_thing(result)
-    unrelated = first is not None and first.startswith("Check")
-    advised = first is not None and first.startswith(("Check", "Identify", "Take"))
-    # A message that is part of the first thing is not said again.
+    first = first_advice(result)
+    kind = None if first is None else first.kind
+    covered = () if first is None else first.covers
     kept = [
         n
         for n in result.notices
-        if n.code != "not_identifiable" and not (advised and n.code == "model_mismatch")
-        and n.message.lower() not in (first or "").lower()
+        if n.code is not Code.NOT_IDENTIFIABLE and n not in covered
+        and not (kind in ("signals", "action") and n.code is Code.MODEL_MISMATCH)
     ]  # fmt: skip
     said = tuple(_sentence(text) for text in told(kept))
     weak = [p.key for p in result.parameters if not p.identifiable]
-    if unrelated and weak:
+    if kind == "signals" and weak:
         return (*said, f"{_listed(weak)} not determined by this recording, as things are.")
-    return (*said, *_undetermined(result, told(n for n in result.notices if n.code == "not_identifiable")))
+    return (*said, *_undetermined(result, [n for n in result.notices if n.code is Code.NOT_IDENTIFIABLE]))
 
 
-def _undetermined(result: Identification, messages: tuple[str, ...]) -> tuple[str, ...]:
+def _undetermined(result: Identification, notices: list[Notice]) -> tuple[str, ...]:
     """One line an experiment, the keys that it would determine named together."""
     keys: dict[str, list[str]] = {}
     unknown = []
-    for message in messages:
-        key = message.split(" ", 1)[0]
-        how = EXPERIMENTS.get(key)
-        if how is None or not any(p.key == key for p in result.parameters):
-            unknown.append(message)
+    for notice in dict.fromkeys(notices):
+        how = EXPERIMENTS.get(notice.subject)
+        if how is None or not any(p.key == notice.subject for p in result.parameters):
+            unknown.append(sentence(notice))
         else:
-            keys.setdefault(how, []).append(key)
+            keys.setdefault(how, []).append(notice.subject)
     return (*(f"{_listed(names)} not determined by this recording: {how}." for how, names in keys.items()), *unknown)
 
 

@@ -11,7 +11,7 @@ from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
 from flex_ident.report.advice import told
 from flex_ident.report.figures import embedded
-from flex_ident.report.gap_table import SUMMARY, change, closed_share, do_first, finding_text, warnings_of
+from flex_ident.report.gap_table import SUMMARY, change, closed_share, do_first, finding_text, others_text, warnings_of
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
 from flex_ident.report.table import meaning_of, parameter_row
 
@@ -61,8 +61,7 @@ def _findings(e: GapExplanation) -> list[Section]:
     for f in e.findings:
         items = [f"Equation: {effect_named(f.effect).equation}", f.evidence[0].upper() + f.evidence[1:]]
         if f.also_considered:
-            others = ", ".join(f"{a.effect.replace('_', ' ')} (gap {a.gap_after:.3g})" for a in f.also_considered)
-            items.append(f"Also considered: {others}")
+            items.append(f"Also considered: {others_text(f).replace('_', ' ')}")
         if f.indistinguishable_from:
             names = ", ".join(n.replace("_", " ") for n in f.indistinguishable_from)
             items.append(f"This recording cannot tell it from {names}; what would: {f.experiment}")

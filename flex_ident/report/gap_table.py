@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import Finding, GapExplanation
+from flex_ident.notices import Code
 from flex_ident.parameters import Identification
 from flex_ident.report.advice import first_thing, other_things, told
 from flex_ident.report.table import rounded, text_table
@@ -27,6 +28,19 @@ def finding_text(finding: Finding) -> str:
     )
     how = "put in by hand" if finding.verdict == "by_hand" else f"confidence {finding.confidence:.2f}"
     return f"{finding.effect}: {effect_named(finding.effect).summary} ({numbers}; {how})"
+
+
+def others_text(finding: Finding) -> str:
+    """What else was considered, each with the gap that it would have left, and what a larger one than before means."""
+    said = [f"{a.effect} (gap {a.gap_after:.3g})" for a in finding.also_considered]
+    worse = [a.effect for a in finding.also_considered if a.gap_after > finding.gap_before]
+    if not worse:
+        return ", ".join(said)
+    one = "that" if len(worse) == 1 else "those"
+    return (
+        f"{', '.join(said)}; a gap above {finding.gap_before:.3g} is larger than without {one}: a fit weighs each "
+        "frequency by its noise, and may lose in rms what it gains there"
+    )
 
 
 def change(before: float, after: float, digits: int = 0) -> str:
@@ -58,7 +72,7 @@ def warnings_of(explanation: GapExplanation) -> tuple[str, ...]:
 def _final(explanation: GapExplanation) -> Identification:
     """The final identification but for that its model leaves a gap: that is said already."""
     final = explanation.final
-    return replace(final, notices=tuple(n for n in final.notices if n.code != "model_mismatch"))
+    return replace(final, notices=tuple(n for n in final.notices if n.code is not Code.MODEL_MISMATCH))
 
 
 def gap_text(explanation: GapExplanation) -> str:
@@ -75,8 +89,7 @@ def gap_text(explanation: GapExplanation) -> str:
     for finding in e.findings:
         lines += ["", finding_text(finding), f"  {finding.evidence}"]
         if finding.also_considered:
-            others = ", ".join(f"{a.effect} (gap {a.gap_after:.3g})" for a in finding.also_considered)
-            lines.append(f"  also considered: {others}")
+            lines.append(f"  also considered: {others_text(finding)}")
         if finding.indistinguishable_from:
             names = ", ".join(finding.indistinguishable_from)
             lines.append(f"  this recording cannot tell it from {names}; what would: {finding.experiment}")
@@ -91,7 +104,7 @@ def gap_text(explanation: GapExplanation) -> str:
         lines += ["", "where the gap of the base model lies:", *(f"  {r.text}" for r in e.where)]
     if e.unexplained:
         lines += ["", f"unexplained: {e.unexplained}"]
-    refused = [r for r in e.rejected if r.share > 0.0 or "nothing" not in r.reason]
+    refused = [r for r in e.rejected if r.promising]
     if refused:
         lines += ["", "tried and not accepted:", *(f"  {r.effect}: {r.reason}" for r in refused)]
     if e.not_testable:

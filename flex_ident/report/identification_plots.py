@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.parameters import CutoffSweep, FrequencyResponse, Identification, TorqueCurves
+from flex_ident.parameters.current import is_current, unit_in_amperes
 from flex_ident.parameters.prismatic import slides, unit_in_metres
 from flex_ident.recording import Recording
 from flex_ident.report.figures import (
@@ -35,6 +36,14 @@ Words = Callable[[str], str]
 def as_they_are(text: str) -> str:
     """The texts of a revolute joint."""
     return text
+
+
+def words_of(result: Identification) -> Words:
+    """What puts a label into the units of a result."""
+    metres: Words = unit_in_metres if slides(result) else as_they_are
+    if not is_current(result.notices):
+        return metres
+    return lambda text: unit_in_amperes(metres(text)).replace("torque, A", "effort, A")
 
 
 def signals_plot(recording: Recording, words: Words = as_they_are) -> bytes:
@@ -171,7 +180,7 @@ def cutoff_sweep_plot(sweep: CutoffSweep, used_rad_s: float) -> bytes:
 
 def identification_figures(result: Identification, recording: Recording) -> dict[str, bytes]:
     """Every picture of a result as PNG, by file name."""
-    words = unit_in_metres if slides(result) else as_they_are
+    words = words_of(result)
     figures = {"signals": signals_plot(recording, words)}
     if result.frequency_response is not None and result.frequency_response.frequency_hz.size > 3:
         figures["frequency_response"] = frequency_response_plot(result.frequency_response, words)

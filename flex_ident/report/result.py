@@ -9,8 +9,8 @@ from typing import Any
 from flex_ident import __version__
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.recording import Recording
-
-SCHEMA = "flex_ident/result/1"
+from flex_ident.report import schemas
+from flex_ident.report.sentences import warning_content
 
 
 def finite(value: float) -> float | None:
@@ -49,7 +49,7 @@ def sampling_content(recording: Recording) -> list[dict[str, Any]]:
 def result_content(result: Identification, recording: Recording) -> dict[str, Any]:
     """The content of `result.json` (schema flex_ident/result/1 of INTERFACE.md)."""
     content: dict[str, Any] = {
-        "schema": SCHEMA, "flex_ident_version": __version__, "joint": result.joint,
+        "schema": schemas.RESULT, "flex_ident_version": __version__, "joint": result.joint,
         "bag": {"path": recording.path, "sha256": recording.sha256},
         "sensors": result.sensors, "method": result.method, "verdict": result.verdict,
         "parameters": parameters_content(result.parameters),
@@ -65,7 +65,7 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "duration_s": float(recording.time[-1]) if recording.time.size else 0.0,
             "sample_rate_hz": recording.sample_rate_hz, "channels": sampling_content(recording),
         },
-        "warnings": [{"code": n.code, "message": n.message} for n in result.notices],
+        "warnings": [warning_content(n) for n in result.notices],
     }  # fmt: skip
     if result.filter is not None:
         f = result.filter

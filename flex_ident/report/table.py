@@ -6,7 +6,9 @@ import math
 from collections.abc import Sequence
 
 from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters.keys import key_parts
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
+from flex_ident.report.sentences import sentence
 
 MEANING = {
     "Jm": "motor inertia", "K": "joint stiffness", "JL": "link inertia", "FVm": "motor viscous friction",
@@ -19,7 +21,8 @@ MEANING = {
 
 def meaning_of(key: str, *, rigid: bool = False, prismatic: bool = False) -> str:
     """What a key stands for, in words."""
-    words = MEANING.get(key, key.replace(".", ": ").replace("_", " ") if "." in key else "")
+    effect, name = key_parts(key)
+    words = MEANING.get(key, f"{effect}: {name}".replace("_", " ") if effect is not None else "")
     if prismatic:
         words = words.replace("inertia", "mass").replace("torque", "force")
     return words.removeprefix("link ") if rigid else words
@@ -110,5 +113,5 @@ def result_text(result: Identification) -> str:
     for p in result.measurement:
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
             lines.append(f"measurement: {delay_text(p, prismatic=prismatic)}, corrected for")
-    lines += [f"warning: {n.message}" for n in result.notices]
+    lines += [f"warning: {sentence(n)}" for n in result.notices]
     return "\n".join(lines)

@@ -5,26 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from flex_ident.errors import UsageError
 from flex_ident.parameters import Identification
 from flex_ident.recording import Recording
+from flex_ident.report.folder import EXPLANATION, GAP_REPORT, IDENTIFICATION, MODELS, REPORT, beside, renewed
 from flex_ident.report.result import result_content
 from flex_ident.report.ros_parameters import write_ros_parameters
-
-GAP_REPORT = "gap_report.html"
-"""The report of `explain_gap` in a folder that holds that of `identify_bag` as well."""
-
-
-def made_folder(folder: Path) -> Path:
-    """The folder, made if missing. Raises UsageError when that cannot be."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".flex_ident"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise UsageError(f"--out {folder}: cannot be written ({error.strerror}).") from error
-    return folder
 
 
 def write_identification(
@@ -32,24 +17,26 @@ def write_identification(
 ) -> dict[str, Path]:
     """Write result.json, parameters.yaml, model.yaml, report.html and the plots; what was written, by name.
 
-    The report.html of an explained gap that was there first is kept as gap_report.html.
+    Of what is there, the files of another run go; an explanation of the same recording stays, its report.html as
+    gap_report.html. Raises UsageError when the folder cannot be written.
     """
-    made_folder(folder)
-    report = folder / "report.html"
-    if report.exists() and (folder / "gap.json").exists() and not (folder / "result.json").exists():
-        report.replace(folder / GAP_REPORT)
-    paths = {name: folder / name for name in ("result.json", "parameters.yaml", "model.yaml")}
-    content = result_content(result, recording)
-    paths["result.json"].write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    write_ros_parameters(result.model, paths["parameters.yaml"])
-    result.model.write(paths["model.yaml"])
-    if plots:
-        from flex_ident.report.figures import write_pngs
-        from flex_ident.report.identification_plots import identification_figures
-        from flex_ident.report.identification_report import report_html
+    gap_stays = beside(folder, "gap.json", recording)
+    gap_alone = gap_stays and not (folder / "result.json").exists() and (folder / REPORT).exists()
+    stale = (*IDENTIFICATION, REPORT, *MODELS, *(() if gap_stays else EXPLANATION))
+    with renewed(folder, stale) as aside:
+        content = result_content(result, recording)
+        (aside / "result.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_ros_parameters(result.model, aside / "parameters.yaml")
+        result.model.write(aside / "model.yaml")
+        if plots:
+            from flex_ident.report.figures import write_pngs
+            from flex_ident.report.identification_plots import identification_figures
+            from flex_ident.report.identification_report import report_html
 
-        figures = identification_figures(result, recording)
-        write_pngs(figures, folder)
-        paths["report.html"] = folder / "report.html"
-        paths["report.html"].write_text(report_html(result, recording, figures), encoding="utf-8")
-    return paths
+            figures = identification_figures(result, recording)
+            write_pngs(figures, aside)
+            (aside / REPORT).write_text(report_html(result, recording, figures), encoding="utf-8")
+        if gap_alone:
+            (aside / GAP_REPORT).write_bytes((folder / REPORT).read_bytes())
+    names = ("result.json", *MODELS, *((REPORT,) if plots else ()))
+    return {name: folder / name for name in names}

@@ -13,34 +13,47 @@ import numpy as np
 from flex_ident.recording import Floats
 from flex_ident.simulation.compiled import compiled
 from flex_ident.simulation.kernel import (
-    D2,
-    DAMP,
-    FS,
-    FV,
-    FV_ASYM,
-    FV_QUAD,
-    GX,
-    GY,
-    HALF_GAP,
     HYS,
-    JL,
-    K2,
-    K3,
-    LOAD,
-    RATE,
     RUNAWAY,
     STRIBECK,
-    K,
     first_state,
     link_step,
     spring_torque,
 )
-from flex_ident.simulation.kernel import J2 as SECOND
+from flex_ident.simulation.terms import Term
 
 LANES = 8
 """Sets of terms that are simulated side by side."""
 NEAR = 1e-2
 """Distance from the first link, rad, up to which another's sine and cosine follow from its, to the last digit."""
+LANE_ROWS: dict[Term, int] = {
+    Term.STIFFNESS: 4, Term.CUBIC_STIFFNESS: 5, Term.HALF_GAP: 6, Term.SPRING_DAMPING: 7, Term.LINK_INERTIA: 8,
+    Term.LINK_VISCOUS: 9, Term.LINK_COULOMB: 10, Term.LINK_VISCOUS_ASYMMETRY: 11, Term.LINK_VISCOUS_QUADRATIC: 12,
+    Term.LINK_LOAD_FRICTION: 13, Term.FRICTION_RATE: 14, Term.SECOND_STIFFNESS: 15, Term.SECOND_DAMPING: 16,
+    Term.SECOND_INERTIA: 17, Term.GRAVITY_COS: 26, Term.GRAVITY_SIN: 27,
+}  # fmt: skip
+"""Terms that steps side by side know, and the row of a lane that holds each."""
+STEPWISE = (
+    Term.HYSTERESIS_TORQUE, Term.HYSTERESIS_DEFLECTION, Term.LINK_STRIBECK, Term.LINK_STRIBECK_VELOCITY,
+)  # fmt: skip
+"""Terms with which every step is taken by `link_step`."""
+FIRST = (Term.INITIAL_DEFLECTION, Term.INITIAL_VELOCITY)
+"""Terms of the state at the start, `first_state`."""
+KNOWN = frozenset({int(t) for t in (*LANE_ROWS, *STEPWISE, *FIRST)} | {int(t) for t in Term if not t.moves_link})
+"""All terms that a batch may hold. A term that is added is not among them: it is simulated by itself."""
+_TERMS, _ROWS = np.array([int(t) for t in LANE_ROWS]), np.array(list(LANE_ROWS.values()))
+_INERTIA, _SECOND = LANE_ROWS[Term.LINK_INERTIA], LANE_ROWS[Term.SECOND_INERTIA]
+
+
+def side_by_side(terms: Floats) -> bool:
+    """Whether `simulated_links` knows every term (len(Term),) that acts here."""
+    for index in np.flatnonzero(terms):
+        if int(index) in KNOWN:
+            continue
+        shaped = tuple(Term)[index].shape_of if index < len(Term) else None
+        if shaped is None or terms[shaped] != 0.0:
+            return False
+    return True
 
 
 @compiled
@@ -59,13 +72,12 @@ def simulated_links(
         q, v = first_state(p, base[0], base_rate[0])
         bound[j] = RUNAWAY * (10.0 + abs(q))
         w[0 * LANES + j], w[1 * LANES + j], w[2 * LANES + j], w[3 * LANES + j] = q, v, q, v
-        w[4 * LANES + j], w[5 * LANES + j], w[6 * LANES + j] = p[K], p[K3], p[HALF_GAP]
-        w[7 * LANES + j], w[8 * LANES + j], w[9 * LANES + j] = p[DAMP], 1.0 / p[JL], p[FV]
-        w[10 * LANES + j], w[11 * LANES + j], w[12 * LANES + j] = p[FS], p[FV_ASYM], p[FV_QUAD]
-        w[13 * LANES + j], w[14 * LANES + j], w[15 * LANES + j] = p[LOAD], p[RATE], p[K2]
-        w[26 * LANES + j], w[27 * LANES + j] = p[GX], p[GY]
-        w[16 * LANES + j], w[17 * LANES + j] = p[D2], 1.0 / p[SECOND] if p[SECOND] > 0.0 else 0.0
-        if p[SECOND] <= 0.0:
+        for i in range(_TERMS.size):
+            w[_ROWS[i] * LANES + j] = p[_TERMS[i]]
+        w[_INERTIA * LANES + j] = 1.0 / w[_INERTIA * LANES + j]
+        second = w[_SECOND * LANES + j]
+        w[_SECOND * LANES + j] = 1.0 / second if second > 0.0 else 0.0
+        if second <= 0.0:
             w[3 * LANES + j], w[15 * LANES + j], w[16 * LANES + j] = 0.0, 0.0, 0.0
         if p[HYS] != 0.0 or p[STRIBECK] != 0.0:
             plain = False

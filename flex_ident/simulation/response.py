@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.recording import Floats
-from flex_ident.simulation.batch import LANES, simulated_links
+from flex_ident.simulation.batch import LANES, side_by_side, simulated_links
 from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
@@ -64,7 +64,7 @@ def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
 
 def link_motions(many: Sequence[Floats], motion: MotorMotion) -> list[LinkMotion]:
     """The same under each of several sets of terms, side by side where they can be."""
-    together = [i for i, terms in enumerate(many) if COMPILED and terms[Term.KINEMATIC_ERROR] == 0.0]
+    together = [i for i, terms in enumerate(many) if COMPILED and side_by_side(terms)]
     found: dict[int, LinkMotion] = {}
     n, s = (motion.fine_position.size + 1) // 2, motion.substeps
     for first in range(0, len(together), LANES):
@@ -77,6 +77,11 @@ def link_motions(many: Sequence[Floats], motion: MotorMotion) -> list[LinkMotion
         for j, i in enumerate(lanes):
             found[i] = LinkMotion(torque[j, ::s], position[j, ::s], velocity[j, ::s])
     return [found[i] if i in found else link_motion(terms, motion) for i, terms in enumerate(many)]
+
+
+def standstill_friction(terms: Floats) -> float:
+    """Size of the motor's dry friction at standstill, N m, not under load."""
+    return float(terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_STRIBECK])
 
 
 def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, sign: Floats) -> Floats:

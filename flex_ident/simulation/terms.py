@@ -6,67 +6,103 @@ from enum import IntEnum
 
 import numpy as np
 
+from flex_ident.parameters.keys import Side
 from flex_ident.recording import Floats
 
 
 class Term(IntEnum):
-    """Position of each physical term in the vector (SI, link side). Zero switches a term off."""
+    """Position of each physical term in the vector (SI, link side). Zero switches a term off.
+
+    Declared once: its side, whether it is a force (all forces scaled together leave the motion as it is and scale the
+    torque), and for a term that only shapes another the name of that one: it says nothing while that is zero.
+    A term is moved into the batch (`batch.LANE_ROWS`) by hand; one that is not there is simulated by itself.
+    """
+
+    side: Side
+    force: bool
+    _of: str
+
+    def __new__(cls, side: Side, force: bool, of: str = "") -> Term:
+        """The next term of the vector."""
+        term = int.__new__(cls, len(cls.__members__))
+        term._value_ = len(cls.__members__)
+        term.side, term.force, term._of = side, force, of
+        return term
 
     # the spring between motor and link
-    STIFFNESS = 0
-    CUBIC_STIFFNESS = 1
-    HALF_GAP = 2
-    HYSTERESIS_TORQUE = 3
-    HYSTERESIS_DEFLECTION = 4
-    SPRING_DAMPING = 5
+    STIFFNESS = "spring", True
+    CUBIC_STIFFNESS = "spring", True
+    HALF_GAP = "spring", False
+    HYSTERESIS_TORQUE = "spring", True
+    HYSTERESIS_DEFLECTION = "spring", False, "HYSTERESIS_TORQUE"
+    SPRING_DAMPING = "spring", True
     # the link
-    LINK_INERTIA = 6
-    LINK_VISCOUS = 7
-    LINK_COULOMB = 8
-    GRAVITY_COS = 9
+    LINK_INERTIA = "link", True
+    LINK_VISCOUS = "link", True
+    LINK_COULOMB = "link", True
+    GRAVITY_COS = "link", True
     """First moment times g, N m: multiplies cos q."""
-    GRAVITY_SIN = 10
-    LINK_VISCOUS_ASYMMETRY = 11
-    LINK_VISCOUS_QUADRATIC = 12
-    LINK_STRIBECK = 13
-    LINK_STRIBECK_VELOCITY = 14
-    LINK_LOAD_FRICTION = 15
+    GRAVITY_SIN = "link", True
+    LINK_VISCOUS_ASYMMETRY = "link", True
+    LINK_VISCOUS_QUADRATIC = "link", True
+    LINK_STRIBECK = "link", True
+    LINK_STRIBECK_VELOCITY = "link", False, "LINK_STRIBECK"
+    LINK_LOAD_FRICTION = "link", False
     # a further mass on the link
-    SECOND_INERTIA = 16
-    SECOND_STIFFNESS = 17
-    SECOND_DAMPING = 18
+    SECOND_INERTIA = "link", True
+    SECOND_STIFFNESS = "link", True, "SECOND_INERTIA"
+    SECOND_DAMPING = "link", True, "SECOND_INERTIA"
     # friction on both sides
-    FRICTION_RATE = 19
+    FRICTION_RATE = "both", False
     # the motor
-    MOTOR_INERTIA = 20
-    MOTOR_VISCOUS = 21
-    MOTOR_COULOMB = 22
-    MOTOR_VISCOUS_ASYMMETRY = 23
-    MOTOR_VISCOUS_QUADRATIC = 24
-    MOTOR_STRIBECK = 25
-    MOTOR_STRIBECK_VELOCITY = 26
-    MOTOR_LOAD_FRICTION = 27
-    OFFSET = 28
-    RIPPLE = 29
-    RIPPLE_CYCLES = 30
-    RIPPLE_PHASE = 31
+    MOTOR_INERTIA = "motor", True
+    MOTOR_VISCOUS = "motor", True
+    MOTOR_COULOMB = "motor", True
+    MOTOR_VISCOUS_ASYMMETRY = "motor", True
+    MOTOR_VISCOUS_QUADRATIC = "motor", True
+    MOTOR_STRIBECK = "motor", True
+    MOTOR_STRIBECK_VELOCITY = "motor", False, "MOTOR_STRIBECK"
+    MOTOR_LOAD_FRICTION = "motor", False
+    OFFSET = "motor", True
+    RIPPLE = "motor", True
+    RIPPLE_CYCLES = "motor", False, "RIPPLE"
+    RIPPLE_PHASE = "motor", False, "RIPPLE"
     # the transmission between motor angle and spring
-    KINEMATIC_ERROR = 32
-    KINEMATIC_CYCLES = 33
-    KINEMATIC_PHASE = 34
+    KINEMATIC_ERROR = "spring", False
+    KINEMATIC_CYCLES = "spring", False, "KINEMATIC_ERROR"
+    KINEMATIC_PHASE = "spring", False, "KINEMATIC_ERROR"
     # the measurement chain and the state at the start
-    TORQUE_DELAY = 35
-    TORQUE_AVERAGING = 36
+    TORQUE_DELAY = "measurement", False
+    TORQUE_AVERAGING = "measurement", False
     """kappa in recorded = Gamma + kappa Ts^2 Gamma'': +1/24 for a mean over one sample, -1/24 for a held command."""
-    LINK_SKEW = 37
-    LINK_ZERO = 38
+    LINK_SKEW = "measurement", False
+    LINK_ZERO = "measurement", False
     """Link encoder's zero, rad, against the motor's."""
-    TORQUE_LIMIT = 39
+    TORQUE_LIMIT = "measurement", True
     """Zero: no limit."""
-    INITIAL_DEFLECTION = 40
+    INITIAL_DEFLECTION = "link", False
     """Deviation of the link's first position from its static equilibrium, rad."""
-    INITIAL_VELOCITY = 41
+    INITIAL_VELOCITY = "link", False
     """Deviation of the link's first velocity from the motor's, rad/s."""
+    # how the motor's dry friction turns over at a reversal
+    REVERSAL_SPEED = "motor", False
+    """Speed, rad/s, over which dry friction grows to its full size: zero is Coulomb's law."""
+    PRESLIDING = "motor", False
+    """Way, rad, over which dry friction turns over after a reversal (Dahl)."""
+    REVERSAL_LEAD = "motor", False
+    """Time, s, by which dry friction turns over before the velocity does."""
+    EFFORT_LAG = "measurement", False
+    """Time constant, s, of a first-order low-pass in the recorded torque."""
+
+    @property
+    def moves_link(self) -> bool:
+        """Whether the link's motion depends on it: without a simulation its sensitivity would be wrong."""
+        return self.side not in ("motor", "measurement")
+
+    @property
+    def shape_of(self) -> Term | None:
+        """The term that it shapes; None for one that acts by itself."""
+        return Term[self._of] if self._of else None
 
 
 GRAVITY = 9.81
@@ -102,6 +138,10 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "link_zero": (Term.LINK_ZERO, 1.0),
     "initial_deflection": (Term.INITIAL_DEFLECTION, 1.0),
     "initial_velocity": (Term.INITIAL_VELOCITY, 1.0),
+    "reversal_speed": (Term.REVERSAL_SPEED, 1.0),
+    "presliding": (Term.PRESLIDING, 1.0),
+    "reversal_lead": (Term.REVERSAL_LEAD, 1.0),
+    "effort_lag": (Term.EFFORT_LAG, 1.0),
 }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Floats
-from flex_ident.virtual_joint.physics import GRAVITY
+from flex_ident.virtual_joint.physics import GRAVITY, P, plant_values
 
 Interface = Literal["position", "velocity", "effort"]
 INTERFACES: tuple[Interface, ...] = ("position", "velocity", "effort")
@@ -71,7 +71,8 @@ def ample_effort(model: JointModel) -> float:
     """An effort limit, N m, to two digits, under which a chirp of 0.1 rad up to 30 Hz is not limited."""
     inertia = model.value("J") + model.value("Jm") + model.value("JL")
     friction = sum(model.value(key) for key in ("FSm", "FS", "FVm", "FV"))
-    weight = GRAVITY * math.hypot(model.value("MX") + model.value("gravity.MX"), model.value("MY"))
+    plant = plant_values(model)
+    weight = GRAVITY * math.hypot(plant[P.MASS_X], plant[P.MASS_Y])
     return float(f"{AMPLE_ACCELERATION * inertia + weight + 3.0 * friction:.2g}")
 
 

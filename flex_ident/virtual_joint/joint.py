@@ -12,7 +12,7 @@ from flex_ident.parameters import JointModel
 from flex_ident.recording import Floats
 from flex_ident.virtual_joint.drive import Drive, drive_cycles, drive_for
 from flex_ident.virtual_joint.motion import readings
-from flex_ident.virtual_joint.physics import plant_values
+from flex_ident.virtual_joint.physics import P, plant_values
 from flex_ident.virtual_joint.plant import INTEGRAL, ROW, sampled, state_at_rest
 
 SUBSTEPS = 5
@@ -64,8 +64,8 @@ class VirtualJoint:
         self._state = state_at_rest(self._p, start, start)
         holding = float(self._state[INTEGRAL])
         self._command = {"position": start, "velocity": 0.0, "effort": holding}[self.drive.interface]
-        self._delay = model.value("time_delay.delay") / self._cycle
-        self._skew = model.value("encoder_skew.skew") / self._cycle
+        self._delay = float(self._p[P.TORQUE_DELAY]) / self._cycle
+        self._skew = float(self._p[P.LINK_SKEW]) / self._cycle
         behind, ahead = max(self._delay, self._skew, 0.0), max(-self._delay, -self._skew, 0.0)
         self._lag = math.ceil(ahead)
         self._rows = np.zeros((2 * self._cycles + self._lag + math.ceil(behind) + 2, ROW))

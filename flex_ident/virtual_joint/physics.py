@@ -8,6 +8,7 @@ import numpy as np
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import JointModel
+from flex_ident.parameters.keys import key_text
 from flex_ident.recording import Floats
 
 GRAVITY = 9.81
@@ -109,7 +110,7 @@ def plant_values(model: JointModel) -> Floats:
         values[index] += model.parameters.get(key, 0.0)
     for effect, parameters in model.effects.items():
         for name, value in parameters.items():
-            key = f"{effect}.{name}"
+            key = key_text(effect, name)
             if key not in EFFECTS:
                 raise ConfigurationError(f"the virtual joint has no effect parameter '{key}'.")
             values[EFFECTS[key]] += value

@@ -12,7 +12,7 @@ from flex_ident.virtual_joint.experiment import Experiment
 from flex_ident.virtual_joint.joint import SUBSTEPS
 from flex_ident.virtual_joint.measurement import MeasurementChain, measured_signals
 from flex_ident.virtual_joint.motion import TrueMotion
-from flex_ident.virtual_joint.physics import plant_values
+from flex_ident.virtual_joint.physics import P, plant_values
 from flex_ident.virtual_joint.plant import ROW, state_at_rest, whole_run
 
 
@@ -50,9 +50,10 @@ def virtual_signals(
         quiet = virtual_motion(model, experiment, drive=drive, reference=reference)
         disturbance = chain.torque_disturbance * float(np.std(quiet.rows[:, 4]))
     motion = virtual_motion(model, experiment, drive=drive, reference=reference, disturbance=disturbance, seed=seed)
+    plant = plant_values(model)
     return measured_signals(
-        motion, chain, np.random.default_rng([seed, 2]), torque_delay=model.value("time_delay.delay"),
-        link_skew=model.value("encoder_skew.skew"), link=link and not model.rigid,
+        motion, chain, np.random.default_rng([seed, 2]), torque_delay=float(plant[P.TORQUE_DELAY]),
+        link_skew=float(plant[P.LINK_SKEW]), link=link and not model.rigid,
     )  # fmt: skip
 
 

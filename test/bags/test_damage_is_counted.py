@@ -9,12 +9,13 @@ from bag_writer import JOINT_STATE, ROS1_STORE, Message, data_file, joint_state,
 
 from flex_ident.bags import read_recording
 from flex_ident.recording import Recording
+from flex_ident.report.sentences import sentence
 
 SAMPLES = 2000
 
 
 def said(recording: Recording) -> str:
-    return " | ".join(notice.message for notice in recording.notices if notice.code == "bag_damaged")
+    return " | ".join(sentence(notice) for notice in recording.notices if notice.code == "bag_damaged")
 
 
 def without_checksums(path: Path) -> bytearray:

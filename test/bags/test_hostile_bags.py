@@ -32,6 +32,7 @@ from rosbags.rosbag2 import StoragePlugin
 from flex_ident.bags import read_recording
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import BagError, FlexIdentError
+from flex_ident.report.sentences import sentence
 
 zstd: Any = pytest.importorskip("backports.zstd")
 ZEROS = bytes(1 << 26)
@@ -203,6 +204,6 @@ def test_metadata_that_cannot_be_read_is_said(tmp_path: Path) -> None:
         recording = read_recording(bag)
         assert recording.time.size == 600
         assert [n.code for n in recording.notices] == ["bag_damaged"]
-        assert "metadata.yaml" in recording.notices[0].message
-        assert re.search(said, recording.notices[0].message)
+        assert "metadata.yaml" in sentence(recording.notices[0])
+        assert re.search(said, sentence(recording.notices[0]))
     assert data_file(bag).exists()

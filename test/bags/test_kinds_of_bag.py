@@ -26,6 +26,7 @@ from rosbags.rosbag2 import StoragePlugin
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.errors import FlexIdentError, SignalError
 from flex_ident.recording import Recording
+from flex_ident.report.sentences import sentence
 
 INFORMATION = "rosbag2_bagfile_information:"
 KINDS = [*ROS2_KINDS, *ROS1_KINDS]
@@ -104,7 +105,7 @@ def test_part_that_is_missing_is_named(tmp_path: Path) -> None:
     )
     recording = read_recording(whole)
     assert recording.time.size == 600
-    assert [n.message for n in recording.notices] == ["whole_1.mcap of the bag is missing."]
+    assert [sentence(n) for n in recording.notices] == ["whole_1.mcap of the bag is missing."]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -116,7 +117,7 @@ def test_bag_cut_at_half_gives_its_first_half(tmp_path: Path, kind: str) -> None
     assert 600 < recording.time.size < 3500
     assert_true(recording)
     assert "bag_damaged" in codes(recording)
-    assert "lost" in recording.notices[0].message
+    assert "lost" in sentence(recording.notices[0])
 
 
 def test_lost_messages_are_counted(tmp_path: Path) -> None:
@@ -125,7 +126,7 @@ def test_lost_messages_are_counted(tmp_path: Path) -> None:
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     recording = read_recording(bag)
     text = f"{recording.time.size} of 4000 messages of /joint_states were read: the others are lost."
-    assert text in [n.message for n in recording.notices]
+    assert text in [sentence(n) for n in recording.notices]
 
 
 @pytest.mark.parametrize("chunked", [True, False])
@@ -155,7 +156,7 @@ def test_chunk_that_fails_its_checksum_is_left_out(tmp_path: Path) -> None:
     data[data.index(b"joint_2", len(data) // 2) + 200] ^= 0xFF
     bag.write_bytes(data)
     recording = read_recording(bag)
-    assert "was left out" in recording.notices[0].message
+    assert "was left out" in sentence(recording.notices[0])
     assert "gaps" in codes(recording)
     assert recording.measured is not None
     np.testing.assert_allclose(
@@ -219,7 +220,7 @@ def test_folder_with_a_part_that_is_no_bag(tmp_path: Path) -> None:
     (bag / "zzz.mcap").write_text("not a bag")
     recording = read_recording(bag)
     assert recording.time.size == 600
-    assert "zzz.mcap: is neither" in recording.notices[0].message
+    assert "zzz.mcap: is neither" in sentence(recording.notices[0])
 
 
 @pytest.mark.parametrize("storage", list(StoragePlugin))

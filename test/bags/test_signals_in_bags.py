@@ -28,6 +28,7 @@ from rosbags.typesys import get_types_from_msg
 from flex_ident.bags import SignalSelection, joint_motions, read_recording
 from flex_ident.errors import BagError, ExcitationError, FlexIdentError, SignalError, UsageError
 from flex_ident.recording import Recording
+from flex_ident.report.sentences import sentence
 
 TIME = np.arange(1500) / RATE_HZ
 Q, U = position(TIME), effort(TIME)
@@ -544,7 +545,7 @@ def test_time_that_jumps_back_keeps_the_longest_stretch(tmp_path: Path) -> None:
     ]
     recording = read_recording(rosbag2_bag(tmp_path / "bag", messages[:900] + back[900:]))
     assert codes(recording) == ["time_jumped_back"]
-    assert "jumps back once, by 5 s at most: the longest stretch of 900" in recording.notices[0].message
+    assert "jumps back once, by 5 s at most: the longest stretch of 900" in sentence(recording.notices[0])
     np.testing.assert_array_equal(recording.motor_position, Q[:900])
 
 
@@ -557,5 +558,5 @@ def test_a_clock_that_was_set_while_messages_went_on_costs_nothing(tmp_path: Pat
         (tmp_path / str(number)).mkdir()
         recording = read_recording(bag_of(tmp_path / str(number), messages[:900] + set_anew[900:]))
         assert codes(recording) == ["clock_stepped"]
-        assert f"was set once, by {1e3 * step:+.4g} ms" in recording.notices[0].message
+        assert f"was set once, by {1e3 * step:+.4g} ms" in sentence(recording.notices[0])
         np.testing.assert_allclose(recording.motor_position, Q, atol=1e-5)

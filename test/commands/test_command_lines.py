@@ -11,6 +11,8 @@ import pytest
 
 from flex_ident.bags import writing
 from flex_ident.commands.common import finite_number, seed_number
+from flex_ident.commands.explain_gap import main as explain_gap
+from flex_ident.commands.flex_ident import EXAMPLES
 from flex_ident.commands.flex_ident import main as flex_ident
 from flex_ident.commands.identify_bag import main as identify_bag
 from flex_ident.parameters import Parameter
@@ -116,3 +118,38 @@ def test_what_slides_has_a_mass() -> None:
     assert parameter_row(Parameter("J", 95.0, 0.2, "kg"), rigid=True)[5] == "mass"
     assert parameter_row(Parameter("J", 95.0, 0.2, "kg m^2"), rigid=True)[5] == "inertia"
     assert meaning_of("offset", prismatic=True) == "constant motor force"
+
+
+@pytest.mark.parametrize("command", ["identify_bag", "explain_gap"])
+def test_help_has_examples_and_exit_statuses(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        {"identify_bag": identify_bag, "explain_gap": explain_gap}[command](["--help"])
+    said = capsys.readouterr().out
+    assert f"examples:\n  {command} my_bag" in said
+    assert "  4  done, but the result must not be trusted" in said
+    assert ("'all' for each" in " ".join(said.split())) == (command == "identify_bag")
+    if command == "explain_gap":
+        assert "the base whose gap is sought" in " ".join(said.split())
+
+
+@pytest.mark.parametrize("subcommand", [s for s in EXAMPLES if s != "all"])
+def test_help_of_subcommands_likewise(subcommand: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        flex_ident([subcommand, "--help"])
+    said = capsys.readouterr().out
+    assert f"examples:\n  flex_ident {subcommand}" in said
+    assert "exit status:" in said
+
+
+def test_json_is_printed_where_nothing_can_be_written(
+    three_joints: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    given = [str(three_joints), "--joint", "a", "--rigid", "--no-plots"]
+    assert identify_bag([*given, "--json", "--out", str(tmp_path / "file" / "below")]) == 2
+    said = capsys.readouterr()
+    assert json.loads(said.out)["joint"] == "a"
+    assert len(said.err.splitlines()) == 1
+    assert "cannot be written" in said.err
+    assert identify_bag([*given, "--out", str(tmp_path / "file" / "below")]) == 2
+    assert capsys.readouterr().out == ""

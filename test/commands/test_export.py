@@ -8,9 +8,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from flex_ident.commands.export import exported
 from flex_ident.commands.flex_ident import main
-from flex_ident.commands.formats import FORMATS
+from flex_ident.errors import DataError
+from flex_ident.report.export import exported
+from flex_ident.report.export.formats import FORMATS
 
 FLEXIBLE = {
     "Jm": 1.2, "K": 1.0e4, "JL": 0.9, "FVm": 8.0, "FSm": 4.0, "FV": 2.0, "FS": 1.0, "MX": 0.5, "MY": 3.0, "offset": 0.7,
@@ -124,3 +125,43 @@ def test_a_rejected_result_is_refused(tmp_path: Path, to: str, capsys: pytest.Ca
     assert len(said.err.strip().splitlines()) == 1
     assert "rejected: not determined: Jm, K" in said.err
     assert "97 %" in said.err
+
+
+def test_an_offset_that_is_not_determined_is_not_written(tmp_path: Path) -> None:
+    path = written(tmp_path / "a", FLEXIBLE)
+    content = json.loads((path / "result.json").read_text())
+    content["parameters"]["offset"]["identifiable"] = False
+    (path / "result.json").write_text(json.dumps(content))
+    assert "biasprm" not in exported(path, "mujoco")
+    assert "offset" not in exported(path, "yaml")
+    assert "offset,0.7,0.007,,False" in exported(path, "csv")
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_the_final_model_of_an_explanation_is_exported(tmp_path: Path, to: str) -> None:
+    path = written(tmp_path / "a", {**FLEXIBLE, "backlash.gap": 8e-4}, verdict="explained")
+    content = json.loads((path / "result.json").read_text())
+    del content["method"]
+    (path / "gap.json").write_text(json.dumps({**content, "schema": "flex_ident/gap/1"}))
+    (path / "result.json").unlink()
+    assert exported(path, to) == exported(path / "gap.json", to)
+    assert "1.2" in exported(path, to)
+
+
+def test_an_explanation_without_a_base_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path / "a", FLEXIBLE, verdict="unexplained")
+    content = json.loads((path / "result.json").read_text())
+    content["warnings"] = [{"code": "base_not_determined", "message": "nothing is named."}]
+    (path / "gap.json").write_text(json.dumps({**content, "schema": "flex_ident/gap/1"}))
+    with pytest.raises(DataError, match="rejected: nothing is named"):
+        exported(path / "gap.json", "csv")
+
+
+def test_a_refusal_does_not_advise_to_explain(tmp_path: Path) -> None:
+    path = written(tmp_path / "a", FLEXIBLE, verdict="rejected")
+    content = json.loads((path / "result.json").read_text())
+    said = "the model leaves 97 % of the torque unexplained: run explain_gap to see what is missing."
+    content["warnings"] = [{"code": "model_mismatch", "message": said, "numbers": {"left_percent": 97.0}}]
+    (path / "result.json").write_text(json.dumps(content))
+    with pytest.raises(DataError, match=r"97 % of the torque unexplained\. Nothing"):
+        exported(path, "csv")

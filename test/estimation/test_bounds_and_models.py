@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from flex_ident.commands.options import given_model
 from flex_ident.errors import ConfigurationError
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap import GapOptions
+from flex_ident.jobs.options import given_model
 from flex_ident.parameters import JointModel
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 

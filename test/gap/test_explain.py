@@ -6,9 +6,10 @@ import math
 import pytest
 
 from flex_ident.errors import ConfigurationError, UsageError
-from flex_ident.gap import GapExplanation, GapOptions, explain, gap_content
+from flex_ident.gap import GapExplanation, GapOptions, explain
 from flex_ident.gap.simulator import compared_with_simulator
 from flex_ident.parameters import JointModel
+from flex_ident.report.gap_result import gap_content
 from flex_ident.virtual_joint import COBOT_JOINT, PAPER_JOINT, Experiment, MeasurementChain, virtual_recording
 
 EXPERIMENT = Experiment(duration_s=24.0, sample_rate_hz=500.0)

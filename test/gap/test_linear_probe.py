@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flex_ident.estimation.problem import FitProblem
-from flex_ident.gap.linear_probe import transmission_error_change
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.screening.linear_probe import transmission_error_change
 from flex_ident.virtual_joint import PAPER_JOINT, PERFECT, Experiment, virtual_recording
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from mujoco_joint import mujoco_recording
 
-from flex_ident.gap import GapExplanation, explain, gap_content
-from flex_ident.gap.prismatic import prismatic_explanation
+from flex_ident.gap import GapExplanation, explain
+from flex_ident.gap.units import prismatic_explanation
 from flex_ident.recording import Recording
+from flex_ident.report.gap_result import gap_content
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 EXPERIMENT = Experiment(duration_s=24.0, sample_rate_hz=500.0)

@@ -7,6 +7,7 @@ from flex_ident.errors import ExcitationError
 from flex_ident.recording import Floats, Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.recording import Role
+from flex_ident.report.sentences import sentence
 
 TONES = ((0.3, 0.7, 0.0), (0.1, 6.3, 1.0), (0.02, 17.0, 2.0), (0.01, 29.0, 3.0))
 """Amplitude, Hz, phase: nothing above 30 Hz, as in a chirp."""
@@ -115,7 +116,7 @@ def test_gap_is_bridged_and_left_out() -> None:
     np.testing.assert_allclose(recording.motor_torque[good][10:-10], truth(clock)[good][10:-10], atol=1e-3)
     assert np.abs(recording.motor_torque).max() < 1.0
     assert [n.code for n in recording.notices] == ["gaps"]
-    assert "2.01 % of the recording" in recording.notices[0].message
+    assert "2.01 % of the recording" in sentence(recording.notices[0])
     assert recording.sampling[1].longest_gap_s == pytest.approx(0.402, abs=0.003)
 
 
@@ -142,7 +143,7 @@ def test_recording_that_pauses_is_its_longest_part() -> None:
     recording, _ = recorded(*later)
     assert recording.time.size == 1500
     assert [n.code for n in recording.notices] == ["paused"]
-    assert "2.998 s" in recording.notices[0].message
+    assert "2.998 s" in sentence(recording.notices[0])
 
 
 def test_signals_that_do_not_overlap_are_refused() -> None:

@@ -7,6 +7,7 @@ from flex_ident.errors import SignalError
 from flex_ident.recording import Floats, Signal
 from flex_ident.recording.cleaning import cleaned_signal
 from flex_ident.recording.clocks import RawSignal, signals_of
+from flex_ident.report.sentences import sentence
 
 TIME = 1e-3 * np.arange(1000)
 VALUES = np.sin(TIME)
@@ -50,7 +51,7 @@ def test_a_message_sent_again_is_no_warning() -> None:
 def test_stamps_that_advance_every_other_message_are_told() -> None:
     signal, notices = cleaned_signal("motor_position", "/t:j.position", "header", TIME // 2e-3 * 2e-3, VALUES)
     assert signal.time.size < 600
-    assert "of 1000 messages of /t repeat the stamp before them" in notices[0].message
+    assert "of 1000 messages of /t repeat the stamp before them" in sentence(notices[0])
 
 
 def test_samples_out_of_order_are_dropped() -> None:
@@ -132,7 +133,7 @@ def test_stamps_that_are_not_set_or_stand_still_give_way(stamps: Floats | None) 
 def test_why_stamps_give_way_is_said(stamps: Floats, why: str) -> None:
     both = {"motor_position": raw(stamps), "motor_torque": raw(stamps)}
     _, notices, _ = signals_of(both, joint="j")
-    assert f"header stamps of j {why}" in notices[0].message
+    assert f"header stamps of j {why}" in sentence(notices[0])
 
 
 def test_one_signal_without_stamps_is_shifted_to_the_others() -> None:

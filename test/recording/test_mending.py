@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flex_ident.recording import Floats, Notice, Signal
+from flex_ident.notices import Notice
+from flex_ident.recording import Floats, Signal
 from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
+from flex_ident.report.sentences import sentence
 
 RATES = (100.0, 250.0, 500.0, 1000.0, 4000.0)
 ENCODERS = (0.0, 1e-6, 2 * np.pi / 4096 / 100, 2 * np.pi / 4096)
@@ -71,7 +73,7 @@ def test_clean_signals_are_left_alone(rate: float, encoder: float, motion: str) 
         for noise in NOISES:
             given = signals(rate, encoder=encoder, step=step, noise=noise, motion=motion)
             found, notices = mended_signals(given)
-            assert [n.message for n in notices] == [], (step, noise)
+            assert [sentence(n) for n in notices] == [], (step, noise)
             for before, after in zip(given, found, strict=True):
                 np.testing.assert_array_equal(before.values, after.values)
 
@@ -88,7 +90,7 @@ def test_noisy_positions_are_left_alone(rate: float, encoder: float, noise: floa
             for s in signals(rate, seed=seed, rest_s=(0.0, 1.5)[seed % 2] + 1e-3)
         ]  # fmt: skip
         _, notices = mended_signals(given)
-        assert [n.message for n in notices] == []
+        assert [sentence(n) for n in notices] == []
 
 
 @pytest.mark.parametrize("rate", RATES[1:])
@@ -110,7 +112,7 @@ def test_constants_in_between_are_left_out_and_counted(rate: float, share: float
     wrong = np.isin(left.time, of(given, role).time[hit & far])
     assert np.count_nonzero(wrong) <= 1 + 0.04 * np.count_nonzero(hit & far)
     dropped = truth.size - left.values.size
-    assert f"{dropped} of {truth.size} values" in notices[0].message
+    assert f"{dropped} of {truth.size} values" in sentence(notices[0])
     assert dropped <= np.count_nonzero(hit)
     good = np.isin(of(given, role).time, left.time)
     assert np.count_nonzero(~good & ~hit) == 0
@@ -125,7 +127,7 @@ def test_a_second_publisher_of_zeros_is_named() -> None:
         given.append(replace(signal, time=time, values=values))
     found, notices = mended_signals(given)
     assert [c for c in codes(notices) if c != "spikes"] == ["isolated_values"] * 3  # one at the very end is a spike
-    assert "second node" in notices[0].message
+    assert "second node" in sentence(notices[0])
     for signal in signals(500.0):
         left = of(found, signal.role)
         kept = np.interp(signal.time, left.time, left.values)
@@ -143,7 +145,7 @@ def test_spikes_are_left_out_and_counted(rate: float, role: Role) -> None:
     values[hit] += np.where(random.random(10) < 0.5, -1, 1) * 3.0 * np.ptp(values)
     found, notices = mended_signals(with_values(given, role, values))
     assert codes(notices) == ["spikes"]
-    assert f"10 of {values.size} values" in notices[0].message
+    assert f"10 of {values.size} values" in sentence(notices[0])
     assert not np.isin(of(given, role).time[hit], of(found, role).time).any()
 
 
@@ -180,7 +182,7 @@ def test_a_new_zero_is_taken_back(rate: float, size: float, at_s: float) -> None
     hidden = abs(size) < 20 * steps[np.abs(signal.time[1:] - at_s) < 0.05].max()
     if notices or not hidden:
         assert codes(notices) == ["position_rezeroed"]
-        assert "jumps once" in notices[0].message
+        assert "jumps once" in sentence(notices[0])
         np.testing.assert_allclose(left, signal.values, atol=0.2 * abs(size))
 
 
@@ -209,7 +211,7 @@ def test_a_coarse_held_effort_is_found_by_the_phase_of_its_changes() -> None:
     held = signal.values[np.arange(signal.time.size) // 4 * 4]
     _, notices = mended_signals(with_values(given, "motor_torque", held))
     assert codes(notices) == ["held_samples"]
-    assert "measured at 125 Hz" in notices[0].message
+    assert "measured at 125 Hz" in sentence(notices[0])
 
 
 @pytest.mark.parametrize("rate", RATES)
@@ -225,7 +227,7 @@ def test_an_effort_that_freezes_in_motion_is_left_out(rate: float, step: float, 
     left = of(found, "motor_torque").time
     assert np.count_nonzero((left > 5.0 + 1 / rate) & (left < 5.0 + seconds - 1 / rate)) == 0
     assert left.size >= np.count_nonzero(~frozen)
-    assert "stands still once" in notices[0].message
+    assert "stands still once" in sentence(notices[0])
 
 
 def test_an_effort_that_a_protective_stop_freezes_at_rest_is_left_out() -> None:

@@ -6,6 +6,7 @@ import pytest
 from flex_ident.recording import Signal
 from flex_ident.recording.clocks import RawSignal, signals_of
 from flex_ident.recording.recording import Floats
+from flex_ident.report.sentences import sentence
 
 EPOCH = 1_700_000_000_000_000_000
 SAMPLES = 4000
@@ -21,7 +22,7 @@ def raw(stamps_s: Floats, received_s: Floats) -> RawSignal:
 
 def read(stamps_s: Floats, received_s: Floats) -> tuple[Signal, list[str]]:
     signals, notices, _ = signals_of({"motor_position": raw(stamps_s, received_s)}, joint="a")
-    return signals[0], [f"{n.code}: {n.message}" for n in notices]
+    return signals[0], [f"{n.code}: {sentence(n)}" for n in notices]
 
 
 def arrivals(time: Floats, random: np.random.Generator, jitter_s: float) -> Floats:

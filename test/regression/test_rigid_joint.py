@@ -8,6 +8,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import Identification
 from flex_ident.recording import Recording
 from flex_ident.regression import identify_linear
+from flex_ident.report.sentences import sentence
 
 RATE = 500.0
 TRUTH = {"J": 2.0, "FV": 3.0, "FS": 1.0, "MX": 3.0, "MY": 1.0}
@@ -57,7 +58,7 @@ def test_gravity_over_a_short_travel_is_not_told_from_an_offset_but_does_not_bia
     result = rigid(recorded(gravity=True, centre=1.0, amplitude=0.02))
     assert not result.parameter("MY").identifiable
     assert not result.parameter("offset").identifiable
-    assert [n for n in result.notices if n.code == "not_identifiable" and "another start position" in n.message]
+    assert [n for n in result.notices if n.code == "not_identifiable" and "another start position" in sentence(n)]
     j = result.parameter("J")
     assert abs(j.value - 2.0) < 4.0 * j.std
 
@@ -72,10 +73,10 @@ def test_reversed_effort_is_named() -> None:
     result = rigid(recorded(gravity=False, scale=-1.0))
     assert result.verdict == "rejected"
     assert result.notices[0].code == "effort_reversed"
-    assert "--effort-scale -1" in result.notices[0].message
+    assert "--effort-scale -1" in sentence(result.notices[0])
 
 
 def test_warnings_state_two_sigma_as_the_table_does() -> None:
     result = rigid(recorded(gravity=True, centre=1.0, amplitude=0.02))
     p = result.parameter("MY")
-    assert any(f"± {2.0 * p.std:.2g} kg m, 2σ" in n.message for n in result.notices)
+    assert any(f"± {2.0 * p.std:.2g} kg m, 2σ" in sentence(n) for n in result.notices)

@@ -8,21 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.gap.explanation import GapCurves, GapExplanation, Region, Rejected, Step
+from flex_ident.gap.explanation import Alternative, Finding, GapCurves, GapExplanation, Region, Rejected, Step
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import FitQuality, Identification, JointModel, Parameter
-from flex_ident.recording import Notice, Recording
+from flex_ident.recording import Recording
 from flex_ident.report.advice import first_thing, other_things
 from flex_ident.report.figures import thinned
-from flex_ident.report.gap_table import change, closed_share, gap_text
+from flex_ident.report.gap_table import change, closed_share, gap_text, others_text
 from flex_ident.report.gap_writing import write_explanation
+from flex_ident.report.sentences import sentence
 
-LEAVES = "the model leaves 97 % of the torque unexplained: run explain_gap to see what is missing."
+LEAVES = Notice(Code.MODEL_MISMATCH, numbers={"left_percent": 97.0})
+GAPS = Notice(Code.GAPS, numbers={"percent": 3.0, "periods": 10})
 
 
 def result(verdict: str, error: float, weak: tuple[str, ...] = (), *notices: Notice) -> Identification:
     keys = ("Jm", "K", "JL", "FVm", "MX", "MY")
     parameters = tuple(Parameter(k, 1.0, 0.01 if k not in weak else 5.0, "", k not in weak) for k in keys)
-    said = tuple(Notice("not_identifiable", f"{k} is not determined by this recording (± 5): do more.") for k in weak)
+    said = tuple(Notice(Code.NOT_IDENTIFIABLE, k, {"value": 1.0, "std": 5.0}, {"unit": ""}) for k in weak)
     return Identification(
         joint="elbow", sensors="motor", method="auto", verdict=verdict, parameters=parameters,  # type: ignore[arg-type]
         fit=FitQuality(100, 10.0, 6, error, error), model=JointModel(dict.fromkeys(keys, 1.0)),
@@ -31,7 +34,7 @@ def result(verdict: str, error: float, weak: tuple[str, ...] = (), *notices: Not
 
 
 def test_noise_is_told_to_look_at_the_effort_and_nothing_else() -> None:
-    r = result("rejected", 97.0, ("Jm", "K", "JL", "MX", "MY"), Notice("model_mismatch", LEAVES))
+    r = result("rejected", 97.0, ("Jm", "K", "JL", "MX", "MY"), LEAVES)
     first = first_thing(r)
     assert first is not None
     assert first.startswith("Check the effort signal: the model leaves 97 %")
@@ -49,12 +52,14 @@ def test_what_is_not_determined_is_told_by_the_experiment_that_helps() -> None:
 
 
 def test_a_reversed_effort_comes_before_all_else() -> None:
-    said = Notice("effort_reversed", "effort seems reversed: --effort-scale -1.")
-    assert first_thing(result("rejected", 97.0, ("K",), said)) == "Effort seems reversed: --effort-scale -1."
+    first = first_thing(result("rejected", 97.0, ("K",), Notice(Code.EFFORT_REVERSED))) or ""
+    assert first.startswith("Effort seems reversed")
+    assert "--effort-scale -1" in first
 
 
 def test_the_motors_equation_is_told_with_what_to_do() -> None:
-    said = Notice("motor_equation", "the motor's equation alone (eq. 6) gives K = 1e4 N m/rad.")
+    numbers = {"K": 1e4, "std": 100.0, "left_percent": 10.0, "least_skew_s": 0.0}
+    said = Notice(Code.MOTOR_EQUATION, "K", numbers, {"case": "determined", "unit": "N m/rad"})
     r = result("rejected", 40.0, ("K",), said)
     assert (first_thing(r) or "").startswith("Take K from the motor's equation")
     assert not any("eq. 6" in line for line in other_things(r))
@@ -62,7 +67,13 @@ def test_the_motors_equation_is_told_with_what_to_do() -> None:
 
 def test_a_trusted_result_has_nothing_to_be_done_first() -> None:
     assert first_thing(result("trusted", 1.0)) is None
-    assert first_thing(result("doubtful", 20.0, (), Notice("model_mismatch", LEAVES))) == "T" + LEAVES[1:]
+    assert first_thing(result("doubtful", 20.0, (), LEAVES)) == "T" + sentence(LEAVES)[1:]
+
+
+def test_what_is_doubted_for_its_rate_is_told_what_to_do() -> None:
+    numbers = {"rate_hz": 100.0, "locked_motor_hz": 15.0, "wanted_hz": 150.0}
+    first = first_thing(result("doubtful", 2.0, (), Notice(Code.SAMPLED_SLOWLY, numbers=numbers))) or ""
+    assert "Command and record at 150 Hz or more" in first
 
 
 def test_a_line_is_interrupted_where_nothing_was_compared() -> None:
@@ -81,8 +92,8 @@ def explanation(**changes: object) -> GapExplanation:
     measured = 3.0 * np.sin(8.0 * time)
     noise = np.random.default_rng(0).normal(size=(2, time.size))
     usable = (time > 1.0).astype(float)
-    final = result("doubtful", 20.0, (), Notice("gaps", "3 % of the samples are missing."),
-                   Notice("model_mismatch", LEAVES), Notice("gaps", "3 % of the samples are missing."))  # fmt: skip
+    final = result("doubtful", 20.0, (), GAPS,
+                   LEAVES, GAPS)  # fmt: skip
     e = GapExplanation(
         joint="elbow", sensors="motor", verdict="complete", unit="N m", before=1.0, after=0.999, noise_floor=0.9,
         steps=(Step("base", 1.0), Step("base + backlash", 0.9999)), findings=(), not_testable=(),
@@ -106,10 +117,18 @@ def test_shares_of_the_gap_are_words_where_numbers_would_puzzle() -> None:
 
 def test_the_terminal_shows_the_recordings_warnings_once() -> None:
     text = gap_text(explanation())
-    assert text.count("warning: 3 % of the samples are missing.") == 1
-    assert LEAVES not in text
+    assert text.count("warning: 3.00 % of the recording lies in gaps") == 1
+    assert sentence(LEAVES) not in text
     header = text.splitlines()[2]
     assert header.endswith("change")
+
+
+def test_another_effect_whose_gap_is_larger_than_before_is_explained() -> None:
+    found = Finding("backlash", "accepted", 0.9, 1.0, 0.5, (), "evidence", (Alternative("hysteresis", 0.7),))
+    assert others_text(found) == "hysteresis (gap 0.7)"
+    worse = replace(found, also_considered=(*found.also_considered, Alternative("gravity", 1.4)))
+    assert "gravity (gap 1.4); a gap above 1 is larger than without that" in others_text(worse)
+    assert "a gap above 1 is larger" in gap_text(explanation(findings=(worse,)))
 
 
 def recording() -> Recording:
@@ -124,10 +143,10 @@ def test_the_report_of_an_identification_is_not_overwritten(tmp_path: Path) -> N
     page = paths["report.html"].read_text()
     assert "makes it worse" in page
     assert ">-62<" not in page
-    assert page.count("3 % of the samples are missing.") == 1
+    assert page.count("3.00 % of the recording lies in gaps") == 1
     both = tmp_path / "both"
     both.mkdir()
-    (both / "result.json").write_text("{}")
+    (both / "result.json").write_text('{"joint": "elbow", "bag": {"path": "", "sha256": ""}}')
     (both / "report.html").write_text("kept")
     paths = write_explanation(explanation(), recording(), both, {})
     assert (both / "report.html").read_text() == "kept"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flex_ident.estimation.problem import terms_of
+from flex_ident.likelihood.problem import terms_of
 from flex_ident.recording import Floats
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import link_motion, link_motions

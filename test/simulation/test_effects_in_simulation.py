@@ -7,7 +7,7 @@ import pytest
 
 from flex_ident.effects import CATALOGUE
 from flex_ident.estimation.estimate import fit_problem
-from flex_ident.estimation.problem import values_of
+from flex_ident.likelihood.problem import values_of
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 EXPERIMENT = Experiment(duration_s=16.0, sample_rate_hz=1000.0)

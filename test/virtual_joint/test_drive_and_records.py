@@ -41,6 +41,12 @@ def test_a_chirp_to_30_hz_is_followed_within_an_ample_effort(name: str) -> None:
     assert np.max(np.abs(motion.rows[:, 4])) < 0.7 * ample_effort(model)
 
 
+def test_an_ample_effort_carries_all_of_the_weight() -> None:
+    model = JOINTS["cobot"]
+    heavy = model.with_effect("gravity", {"MY": 40.0})
+    assert ample_effort(heavy) > ample_effort(model) + 200.0
+
+
 @pytest.mark.parametrize("rate_hz", [200.0, 350.87, 1000.0])
 @pytest.mark.parametrize("interface", ["position", "velocity", "effort"])
 @pytest.mark.parametrize("model", [COBOT_JOINT, RIGID], ids=["flexible", "rigid"])

@@ -1,0 +1,89 @@
+"""The final model: accepted effects judged again in it, and the gap after each step on data not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.effects import effect_named
+from flex_ident.estimation.estimate import Estimate, estimate_of, validation_blocks
+from flex_ident.gap.base import polished
+from flex_ident.gap.explanation import Rejected
+from flex_ident.gap.options import GapOptions
+from flex_ident.gap.search import Search, rebuilt
+from flex_ident.gap.trials import SIGNIFICANT
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.keys import key_text
+from flex_ident.recording import Floats
+from flex_ident.screening.candidates import Candidate
+
+VALIDATION_ITERATIONS = 5
+
+
+def judged_again(
+    search: Search, searching: SteadyFit, start: Fit, base: tuple[SteadyFit, Fit], problem: FitProblem,
+    options: GapOptions,
+) -> tuple[Search, list[float], Estimate]:  # fmt: skip
+    """The search with what holds in the final model only, the gap after each step, and the final model.
+
+    Each accepted effect must lower the gap on data not fitted, be significant in the final model, and be no larger than
+    it can be. One that fails goes, and the rest is fitted again.
+    """
+    held = validation_blocks(problem)
+    while True:
+        estimate = _final_estimate(search, base, problem, options)
+        middle = [(a.trial.solver, search.after(i)) for i, a in enumerate(search.accepted[:-1])]
+        gaps = [gap_of(problem, _trained(s, f, problem, held), held) for s, f in (base, *middle)]
+        if search.accepted:
+            gaps.append(gap_of(problem, estimate.trained, held))
+        failed = next(
+            ((a, why) for i, a in reversed(list(enumerate(search.accepted))) if not a.by_hand
+             and (why := _fails(a.trial.candidate, gaps[i], gaps[i + 1], estimate))), None,
+        )  # fmt: skip
+        if failed is None:
+            return search, gaps, estimate
+        accepted, why = failed
+        search.rejected[accepted.trial.effect] = Rejected(accepted.trial.effect, max(0.0, accepted.trial.share), why)
+        kept = [a for a in search.accepted if a is not accepted]
+        search = rebuilt(search, kept, searching, start)
+
+
+def _fails(candidate: Candidate, before: float, after: float, estimate: Estimate) -> str:
+    """Why an accepted effect does not hold in the final model; empty where it does."""
+    if after >= before:
+        return f"in the final model the gap on data not fitted does not fall ({before:.3g} to {after:.3g} N m)"
+    ratios = {k: abs(estimate.fit.values[k]) / max(estimate.plain.std(k), 1e-300) for k in candidate.scaled}
+    best = max(ratios, key=lambda k: ratios[k])
+    if ratios[best] < SIGNIFICANT:
+        return f"in the final model {best} is known to {ratios[best]:.1f} standard deviations only"
+    effect = effect_named(candidate.effect)
+    if effect.reach is not None:
+        own = {p.name: estimate.fit.values.get(key_text(effect.name, p.name), 0.0) for p in effect.parameters}
+        return effect.reach(own, estimate.fit.values)
+    return ""
+
+
+def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitProblem, options: GapOptions) -> Estimate:
+    """The final model, fitted as identification fits."""
+    if not search.accepted:
+        return estimate_of(*base, prismatic=options.prismatic)
+    solver = SteadyFit(problem, priors=search.solver.priors, marks=base[0].marks, local=True)
+    return estimate_of(solver, polished(solver, search.fit.free, search.fit.values), prismatic=options.prismatic)
+
+
+def _trained(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
+    """The same keys fitted without the validation part."""
+    own = SteadyFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
+    return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
+
+
+def _torque_residual(problem: FitProblem, values: Mapping[str, float]) -> Floats:
+    return problem.residuals(values)[0]
+
+
+def gap_of(problem: FitProblem, values: Mapping[str, float], held: NDArray[np.bool_]) -> float:
+    return float(np.sqrt(np.mean(_torque_residual(problem, values)[held] ** 2)))

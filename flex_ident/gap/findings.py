@@ -1,0 +1,82 @@
+"""An accepted effect as it is told: its parameters in the final model, its evidence, and what else was considered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from flex_ident.effects import effect_named
+from flex_ident.estimation.estimate import Estimate
+from flex_ident.estimation.identification import identified_parameter
+from flex_ident.gap.explanation import Alternative, Finding
+from flex_ident.gap.final import gap_of
+from flex_ident.gap.search import Accepted, Search
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.keys import key_parts, key_text
+
+PERIODS = 2.0
+"""Periods within the range of motion from which an effect can be called periodic."""
+
+
+def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Estimate) -> Finding:
+    accepted = search.accepted[index]
+    trial, problem, held = accepted.trial, estimate.problem, estimate.validation
+    found = []
+    for key in trial.candidate.keys:
+        p = identified_parameter(estimate, key)
+        found.append(replace(p, key=key_parts(key)[1]))
+    others = tuple(
+        Alternative(t.effect, gap_of(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
+    )[:3]
+    effect = effect_named(trial.effect)
+    return Finding(
+        effect=trial.effect,
+        verdict="by_hand" if accepted.by_hand else "accepted",
+        confidence=_confidence(accepted),
+        gap_before=gaps[index],
+        gap_after=gaps[index + 1],
+        parameters=tuple(found),
+        evidence=_evidence(trial.effect, accepted, gaps[index], gaps[index + 1]) + _periods_seen(accepted, problem),
+        also_considered=others,
+        indistinguishable_from=accepted.ties,
+        experiment=effect.separated_by if accepted.ties else "",
+    )
+
+
+def _confidence(accepted: Accepted) -> float:
+    """Probability of this effect among all that were tried, none included, by their BIC; never quite certain."""
+    best = accepted.trial.evidence
+    rivals = [0.0, *(t.evidence for t in accepted.others if t.effect != accepted.trial.effect)]
+    odds = sum(math.exp(min(0.0, 0.5 * (r - best))) for r in rivals)
+    return min(0.99, 1.0 / (1.0 + odds))
+
+
+def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str:
+    effect = effect_named(name)
+    trial = accepted.trial
+    text = (
+        f"{effect.summary}: on data not fitted the gap falls from {before:.3g} to {after:.3g} N m; blocks of 0.25 s "
+        f"left out of the fit are predicted better by {100 * trial.held_out.share:.0f} % (t = {trial.held_out.t:.1f}), "
+        f"the BIC falls by {trial.evidence:.0f}; {100 * max(0.0, min(1.0, trial.share)):.0f} % of the closable gap"
+    )
+    if trial.objection:
+        text += f"; against it: {trial.objection}"
+    return text + "."
+
+
+def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
+    """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
+    trial = accepted.trial
+    cycles = trial.fit.values.get(key_text(trial.effect, effect_named(trial.effect).cycles))
+    if cycles is None:
+        return ""
+    periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)
+    if periods >= PERIODS:
+        return ""
+    return (
+        f" Only {periods:.1f} periods lie within the range of motion: it may be any torque that depends on the angle; "
+        "a larger range would tell."
+    )

@@ -1,0 +1,89 @@
+"""One explanation from bag to folder: what the command and the node both do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from flex_ident.bags import read_recording
+from flex_ident.configuration.settings import Value
+from flex_ident.errors import UsageError
+from flex_ident.gap import GapExplanation, explain
+from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
+from flex_ident.gap.units import explanation_in_amperes, prismatic_explanation
+from flex_ident.jobs.options import gap_options, signal_selection
+from flex_ident.jobs.places import Folder, Place
+from flex_ident.parameters.current import is_current
+from flex_ident.recording import Recording
+from flex_ident.report.folder import beside
+from flex_ident.report.gap_result import gap_content
+from flex_ident.report.gap_writing import write_explanation
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class FinishedExplanation:
+    """An explanation, `gap.json`'s content, the files written, and the comparison with a simulator if one was given.
+
+    `beside_result`: they were written into a folder that holds identify_bag's result of the same recording.
+    `unwritten`: why nothing was written.
+    """
+
+    explanation: GapExplanation
+    content: dict[str, Any]
+    paths: Mapping[str, Path]
+    simulator: SimulatorGap | None = None
+    beside_result: bool = False
+    unwritten: UsageError | None = None
+
+
+def finished_explanation(
+    bag: Path,
+    values: Mapping[str, Value],
+    place: Place | Folder,
+    *,
+    plots: bool = True,
+    progress: Progress = lambda _text, _share: None,
+    read: Callable[[Recording], None] = lambda _recording: None,
+) -> FinishedExplanation:
+    """Read, explain, write. `read` is told of the recording, `progress` the stage's name and its share done.
+
+    Raises FlexIdentError; before anything is computed where the folder cannot be written, if it is needed.
+    """
+    options, selection = gap_options(values), signal_selection(values)
+    recording = read_recording(bag, selection, progress=lambda x: progress("reading", x))
+    read(recording)
+    place = place if isinstance(place, Place) else Place(place)
+    folder, unwritten = place.found(recording)
+    compared: SimulatorGap | None = None
+    if values["simulated"]:
+        # A simulator speaks SI on the link side, whatever the robot's driver does.
+        own = replace(selection, effort_scale=1.0, gear_ratio=1.0)
+        simulated = read_recording(Path(str(values["simulated"])).expanduser(), own)
+        compared = compared_with_simulator(
+            recording, simulated, options, progress=lambda x, _t: progress("explaining", x)
+        )
+        explanation = compared.explanation
+    else:
+        explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
+    if values["prismatic"]:
+        explanation = prismatic_explanation(explanation)
+    if is_current(recording.notices):
+        explanation = explanation_in_amperes(explanation)
+    content = gap_content(explanation)
+    content["bag"] = {"path": recording.path, "sha256": recording.sha256}
+    if compared is not None:
+        content["simulated"] = simulator_content(compared)
+    paths: Mapping[str, Path] = {}
+    if folder is not None:
+        try:
+            paths = write_explanation(explanation, recording, folder, content, plots=plots)
+        except UsageError as error:
+            if place.needed:
+                raise
+            unwritten = error
+    kept = folder is not None and beside(folder, "result.json", recording)
+    return FinishedExplanation(explanation, content, paths, compared, kept, unwritten)

@@ -1,0 +1,72 @@
+"""One identification from bag to folder: what the command and the node both do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flex_ident.bags import read_recording
+from flex_ident.configuration.settings import Value
+from flex_ident.errors import UsageError
+from flex_ident.estimation.identification import identify
+from flex_ident.jobs.options import identify_options, signal_selection
+from flex_ident.jobs.places import Folder, Place
+from flex_ident.parameters import Identification
+from flex_ident.parameters.current import in_amperes, is_current
+from flex_ident.parameters.prismatic import prismatic
+from flex_ident.recording import Recording
+from flex_ident.report.result import result_content
+from flex_ident.report.writing import write_identification
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class FinishedIdentification:
+    """A result, the recording it came from, `result.json`'s content, and the files written, or why they were not."""
+
+    result: Identification
+    recording: Recording
+    content: dict[str, Any]
+    paths: Mapping[str, Path]
+    unwritten: UsageError | None = None
+
+
+def finished_identification(
+    bag: Path,
+    values: Mapping[str, Value],
+    place: Place | Folder,
+    *,
+    plots: bool = True,
+    progress: Progress = lambda _text, _share: None,
+    read: Callable[[Recording], None] = lambda _recording: None,
+) -> FinishedIdentification:
+    """Read, identify, write. `read` is told of the recording, `progress` the stage's name and its share done.
+
+    Raises FlexIdentError; before anything is computed where the folder cannot be written, if it is needed.
+    """
+    selection, options = signal_selection(values), identify_options(values)
+    recording = read_recording(bag, selection, progress=lambda x: progress("reading", x))
+    read(recording)
+    place = place if isinstance(place, Place) else Place(place)
+    folder, unwritten = place.found(recording)
+    result = identify(
+        recording, options, prismatic=bool(values["prismatic"]), progress=lambda x: progress("identifying", x)
+    )
+    if values["prismatic"]:
+        result = prismatic(result)
+    if is_current(recording.notices):
+        result = in_amperes(result)
+    progress("writing", 0.0)
+    paths: Mapping[str, Path] = {}
+    if folder is not None:
+        try:
+            paths = write_identification(result, recording, folder, plots=plots)
+        except UsageError as error:
+            if place.needed:
+                raise
+            unwritten = error
+    progress("writing", 1.0)
+    return FinishedIdentification(result, recording, result_content(result, recording), paths, unwritten)

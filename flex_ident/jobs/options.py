@@ -1,0 +1,77 @@
+"""Settings, already checked one by one, as the options that the stages take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from flex_ident.bags import SignalSelection
+from flex_ident.configuration.settings import Value
+from flex_ident.effects import check_effect_parameters
+from flex_ident.errors import ConfigurationError, FlexIdentError
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap.options import GapOptions
+from flex_ident.parameters import JointModel, read_joint_model
+
+
+def _text(values: Mapping[str, Value], key: str) -> str | None:
+    return str(values[key]) if values.get(key) else None
+
+
+def signal_selection(values: Mapping[str, Value]) -> SignalSelection:
+    """Which signals to read. Raises UsageError."""
+    return SignalSelection(
+        joint=_text(values, "joint"),
+        motor_position=_text(values, "motor_position"),
+        link_position=_text(values, "link_position"),
+        effort=_text(values, "effort"),
+        reference=_text(values, "reference"),
+        effort_scale=float(values["effort_scale"]),
+        gear_ratio=float(values["gear_ratio"]),
+        sensors=str(values["sensors"]),
+    )
+
+
+def given_model(values: Mapping[str, Value]) -> JointModel | None:
+    """The model file's content, if one was given. Raises ConfigurationError."""
+    path = _text(values, "model")
+    if not path:
+        return None
+    model = read_joint_model(Path(path).expanduser())
+    try:
+        for name, parameters in model.effects.items():
+            check_effect_parameters(name, dict(parameters))
+    except FlexIdentError as error:
+        raise ConfigurationError(f"{path}: {error}") from error
+    return model
+
+
+def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
+    """How to identify. Raises UsageError and ConfigurationError."""
+    return IdentifyOptions(
+        sensors=str(values["sensors"]),
+        method=str(values["method"]),
+        rigid=bool(values["rigid"]),
+        first_mode_hz=float(values["first_mode_hz"]) or None,
+        model=given_model(values),
+        cutoff_sweep=bool(values["cutoff_sweep"]),
+    )
+
+
+def names_in(text: object) -> tuple[str, ...]:
+    """The names of a comma-separated list."""
+    return tuple(n.strip() for n in str(text).split(",") if n.strip())
+
+
+def gap_options(values: Mapping[str, Value]) -> GapOptions:
+    """How to search. Raises UsageError and ConfigurationError."""
+    return GapOptions(
+        sensors=str(values["sensors"]),
+        rigid=bool(values["rigid"]),
+        without=names_in(values["without"]),
+        effects=names_in(values["effects"]),
+        add=names_in(values["add"]),
+        model=given_model(values),
+        first_mode_hz=float(values["first_mode_hz"]) or None,
+        prismatic=bool(values["prismatic"]),
+    )

@@ -1,0 +1,108 @@
+"""The noise under a residual that still holds model error: its spectrum, its whitening filter, its floor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, ndimage
+
+from flex_ident.filtering.spectral import lowpass_response
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.whitening import FLOOR, Whitening
+from flex_ident.recording import Floats
+
+SEGMENT_S = 1.0
+QUANTILE = 0.3
+"""Model error comes and goes with the motion, noise stays: the lower part of the segments shows the noise."""
+
+
+def noise_spectrum(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) -> Floats:
+    """Two-sided power spectrum (s // 2 + 1,), unit^2 per bin of s samples, of the steady part of a residual (m,).
+
+    At each frequency the 30 % quantile over half-overlapping segments of a second, over what it is for Gaussian
+    noise (power is exponentially distributed), then the median over neighbouring frequencies. The lowest bins, where
+    a constant error never goes away, are taken from their neighbours.
+    """
+    size = max(16, 2 * round(0.5 * SEGMENT_S * rate_hz))
+    power = _powers(residual, usable, size)
+    level = np.quantile(power, QUANTILE, axis=0) / -math.log(1.0 - QUANTILE)
+    level[:3] = np.median(level[3:8])
+    smooth: Floats = np.exp(ndimage.median_filter(np.log(np.maximum(level, 1e-300)), 7, mode="nearest"))
+    return smooth
+
+
+def noise_whitening(residual: Floats, usable: NDArray[np.bool_], rate_hz: float, order: int) -> Whitening:
+    """The filter that whitens the steady part of a residual (m,) to unit variance; model error stays visible."""
+    spectrum = noise_spectrum(residual, usable, rate_hz)
+    size = 2 * (spectrum.size - 1)
+    autocovariance = np.fft.irfft(spectrum, size)
+    order = min(order, size // 2 - 1)
+    # A short window over the lags: the spectrum's own estimation noise must not become filter.
+    lags = np.arange(order + 1)
+    autocovariance = autocovariance[: order + 1] * (0.5 + 0.5 * np.cos(math.pi * lags / (order + 1)))
+    if autocovariance[0] <= 0.0:
+        return Whitening(np.ones(1), 1.0)
+    autocovariance[0] *= 1.0 + FLOOR
+    prediction = linalg.solve_toeplitz(autocovariance[:-1], autocovariance[1:])
+    coefficients = np.concatenate(([1.0], -prediction))
+    variance = float(autocovariance[0] - prediction @ autocovariance[1:])
+    return Whitening(coefficients, math.sqrt(max(variance, 1e-300)))
+
+
+def noise_floor(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) -> float:
+    """Root mean square, in the residual's unit, of its steady part."""
+    spectrum = noise_spectrum(residual, usable, rate_hz)
+    return math.sqrt(float(np.mean(np.fft.irfft(spectrum, 2 * (spectrum.size - 1))[:1])))
+
+
+ABOVE = (1.3, 3.0)
+"""Where the noise above the motion is taken, in cutoffs of the comparison's low-pass."""
+WIDE_ENOUGH = 1.2
+"""Upper over lower end of that range from which it holds enough to judge by."""
+QUIET_POWER = 30.0
+"""Torque's power over the steady noise under which a cell of time and frequency holds no motion."""
+QUIET_SHARE = 0.35
+"""Share of the cells that must be quiet for the steady noise to come from them: a little over `QUANTILE`."""
+
+
+def noise_above_band(problem: FitProblem) -> float | None:
+    """Root mean square, N m, of white noise in the compared torque that the recorded torque shows above the motion.
+
+    None where the recording's rate leaves no room above. Noise that falls with frequency is larger in the band than
+    this says, noise that rises (an encoder's rounding, differentiated by a controller) smaller.
+    """
+    torque, rate = problem.recording.motor_torque, problem.recording.sample_rate_hz
+    low, high = ABOVE[0] * problem.cutoff_hz, min(ABOVE[1] * problem.cutoff_hz, 0.48 * rate)
+    size = max(16, 2 * round(0.5 * SEGMENT_S * rate))
+    if high < WIDE_ENOUGH * low or torque.size < 8 * size:
+        return None
+    power, frequency = _powers(torque, np.ones(torque.size, bool), size), np.fft.rfftfreq(size, 1.0 / rate)
+    inside = (frequency >= low) & (frequency <= high)
+    level = float(np.median(np.quantile(power[:, inside], QUANTILE, axis=0))) / -math.log(1.0 - QUANTILE)
+    passed = lowpass_response(np.linspace(0.0, 0.5 * rate, 4000), problem.cutoff_hz) ** 2
+    return math.sqrt(level * float(np.mean(passed)))
+
+
+def quiet_share(problem: FitProblem, residual: Floats) -> float:
+    """Share of the cells of time and frequency within the band that hold no motion: there noise can be seen."""
+    size = max(16, 2 * round(0.5 * SEGMENT_S * problem.rate_hz))
+    if residual.size < 8 * size:
+        return 0.0
+    level = noise_spectrum(residual, problem.usable, problem.rate_hz)
+    power = _powers(problem.torque, np.ones(residual.size, bool), size)
+    frequency = np.fft.rfftfreq(size, 1.0 / problem.rate_hz)
+    inside = (frequency > 2.0 / SEGMENT_S) & (frequency < problem.band_hz)
+    return float(np.mean(power[:, inside] < QUIET_POWER * level[inside])) if inside.any() else 0.0
+
+
+def _powers(signal: Floats, usable: NDArray[np.bool_], size: int) -> Floats:
+    """Power (k, size // 2 + 1) of half-overlapping segments, unit^2, such that white noise has its variance."""
+    window = np.hanning(size + 1)[:-1]
+    starts = [s for s in range(0, signal.size - size + 1, size // 2) if usable[s : s + size].all()]
+    if len(starts) < 6:
+        starts = list(range(0, signal.size - size + 1, size // 2))
+    segments = np.stack([signal[s : s + size] for s in starts])
+    power: Floats = np.abs(np.fft.rfft(segments * window, axis=1)) ** 2 / np.sum(window**2)
+    return power

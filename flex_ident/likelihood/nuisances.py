@@ -1,0 +1,71 @@
+"""What is estimated beside the joint: the measurement chain, the link's start, how friction turns over at reversals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flex_ident.effects import effect_named
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.prior import Prior
+
+LATE_SAMPLES = 3.0
+"""Samples by which a signal may be recorded late or early and be corrected for."""
+LARGEST_LAG_S = 0.02
+USUAL_LAG_S = 2e-3
+"""Low-pass in the recorded effort: drivers filter at 10 Hz (16 ms) and more."""
+USUAL_LEAD_S, LARGEST_LEAD_S = 3e-3, 0.03
+"""Time by which friction may turn over before or after the velocity does; MuJoCo's friction loss leads by 10 ms."""
+TURNOVER = 0.1
+"""Speed, relative to the rms speed, and way, relative to the range, over which friction may turn over, one std."""
+
+
+def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLES) -> dict[str, Prior]:
+    """Priors of the nuisances that matter for this problem.
+
+    Torque may be logged early or late by up to `late_samples` periods, behind a low-pass, as a mean over a period or as
+    a held command (kappa = ±1/24); the link encoder may be skewed likewise and has a zero of its own. The motor's dry
+    friction may turn over with speed, with the way moved, or early.
+    """
+    ts = problem.recording.sample_time
+    limit = late_samples * ts
+    speed = float(np.std(problem.motion.velocity)) + 1e-12
+    reach = float(np.ptp(problem.motion.position))
+    priors = {
+        "torque_delay": Prior(0.0, ts, -limit, limit),
+        "torque_averaging": Prior(0.0, 1.0 / 24.0, -0.125, 0.125),
+        "effort_lag": Prior(0.0, USUAL_LAG_S, 0.0, LARGEST_LAG_S),
+        "reversal_speed": Prior(0.0, TURNOVER * speed, 0.0, 3.0 * speed, start=1e-3 * speed),
+        "presliding": Prior(0.0, TURNOVER * reach, 0.0, reach, start=1e-4 * reach),
+        "reversal_lead": Prior(0.0, USUAL_LEAD_S, -LARGEST_LEAD_S, LARGEST_LEAD_S),
+    }
+    if not problem.rigid:
+        # The link starts somewhere in the band of its static friction; the trimmed start forgets most of it.
+        spread, widest = 0.05 * reach + 1e-9, 20.0
+        if problem.link is not None:
+            moved = problem.motion.position[:: problem.decimation] - problem.link
+            spread, widest = float(np.std(moved[problem.usable])) + 1e-9, 4.0
+        priors["initial_deflection"] = Prior(0.0, spread, -widest * spread, widest * spread)
+        start = 0.02 * speed + 1e-9
+        priors["initial_velocity"] = Prior(0.0, start, -20.0 * start, 20.0 * start)
+    if problem.link is not None:
+        far = 10.0 * reach + 10.0
+        priors["link_skew"] = Prior(0.0, ts, -limit, limit)
+        priors["link_zero"] = Prior(0.0, far, -10.0 * far, 10.0 * far)
+    return priors
+
+
+def model_priors(
+    problem: FitProblem, effects: Sequence[str] = (), *, late_samples: float = LATE_SAMPLES
+) -> dict[str, Prior]:
+    """The same for a model that has `effects`: each brings its own priors, and replaces its nuisance."""
+    priors = measurement_priors(problem, late_samples=late_samples)
+    for name in effects:
+        effect = effect_named(name)
+        priors.pop(effect.replaces, None)
+        if effect.priors is not None:
+            own = effect.priors(np.abs(problem.recording.motor_torque))
+            priors.update({key_text(name, key): prior for key, prior in own.items()})
+    return priors

@@ -1,0 +1,289 @@
+"""Measured and simulated signals side by side, filtered alike: what every simulation-based fit minimises."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from flex_ident.effects import effect_named, key_named
+from flex_ident.errors import ConfigurationError, ExcitationError
+from flex_ident.filtering.direction import sharp_velocity, velocity_noise
+from flex_ident.filtering.spectral import Complexes, SpectralFilter
+from flex_ident.likelihood.links import LinkResponses, usable_cores
+from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
+from flex_ident.parameters.keys import by_effect, flat_keys
+from flex_ident.recording import Floats, Recording, extent_text, more_needed
+from flex_ident.simulation.motion import MotorMotion, motor_motion
+from flex_ident.simulation.response import LinkMotion, motor_torque
+from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
+from flex_ident.simulation.turnover import friction_share
+
+Bools = NDArray[np.bool_]
+
+COMPARISON_MARGIN = 1.2
+"""Cutoff of the comparison's low-pass over the excited band."""
+DRIVE_MARGIN = 3.0
+"""Cutoff of the low-pass on the recorded motor position over the excited band."""
+REMEMBERED = 6
+"""Ways of friction to turn over that are kept."""
+MAX_SUBSTEPS = 8
+SETTLING_S = 1.5
+"""Time after a gap in which the simulated link is not compared, s."""
+MOST_SETTLING = 0.4
+"""Share of a recording that may be lost to that."""
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Motor torque (m,), N m, and link position (m,), rad, or None: filtered and decimated like the measurement."""
+
+    torque: Floats
+    link: Floats | None
+
+
+def terms_of(values: Mapping[str, float], *, rigid: bool) -> Floats:
+    """The simulation's terms for base (`K`), measurement (`torque_delay`) and effect (`backlash.gap`) keys.
+
+    Raises ConfigurationError on a key that is none of them.
+    """
+    base = RIGID_TERMS if rigid else BASE_TERMS
+    terms = no_terms()
+    own, effects = by_effect(values)
+    for key, value in own.items():
+        if key in base:
+            terms[base[key][0]] += value * base[key][1]
+        elif key in MEASUREMENT_TERMS:
+            terms[MEASUREMENT_TERMS[key][0]] += value * MEASUREMENT_TERMS[key][1]
+        else:
+            raise ConfigurationError(f"unknown parameter {key}.")
+    for effect, parameters in effects.items():
+        effect_named(effect).contribute(terms, parameters)
+    return terms
+
+
+def values_of(model: JointModel) -> dict[str, float]:
+    """The flat keys and values of a model, effects included."""
+    values = dict(model.parameters)
+    for effect, parameters in model.effects.items():
+        values.update(flat_keys(effect, parameters))
+    return values
+
+
+def model_of(values: Mapping[str, float], *, rigid: bool, joint: str = "") -> JointModel:
+    """The model in flat values; measurement keys are left out."""
+    base = RIGID_KEYS if rigid else FLEXIBLE_KEYS
+    own, effects = by_effect(values)
+    return JointModel({k: own[k] for k in base if k in own}, effects, joint)
+
+
+def _held_after(marks: Bools, count: int) -> Bools:
+    """`marks` (n,), and the `count` samples after each."""
+    total = np.cumsum(np.concatenate(([0], marks)))
+    before = np.maximum(np.arange(marks.size) - count, 0)
+    held: Bools = total[1:] > total[before]
+    return held
+
+
+class FitProblem:
+    """One recording prepared for fitting: the motor's motion, and the measured signals filtered and decimated.
+
+    `time`, `torque`, `link` (m,) are the measured signals at `rate_hz`; `usable` (m,) is False at the edges, across
+    gaps and where the motor stands still (there Coulomb friction takes any value). Raises ExcitationError when too
+    little is left.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        *,
+        sensors: str = "motor",
+        rigid: bool = False,
+        band_hz: float,
+        stiffest_hz: float | None = None,
+        trim_s: float = 1.0,
+    ) -> None:
+        rate = recording.sample_rate_hz
+        self.recording = recording
+        self.rigid = rigid
+        self.sensors = sensors
+        self.band_hz = band_hz
+        self.cutoff_hz = min(COMPARISON_MARGIN * band_hz, 0.45 * rate)
+        drive_hz = min(DRIVE_MARGIN * band_hz, 0.45 * rate)
+        # Runge-Kutta 4 wants about a quarter of a radian a step at the fastest mode of the link.
+        fastest = 2.0 * math.pi * (stiffest_hz if stiffest_hz is not None else 2.0 * band_hz)
+        self.substeps = 1 if rigid else int(np.clip(math.ceil(fastest / rate / 0.35), 1, MAX_SUBSTEPS))
+        self.motion: MotorMotion = motor_motion(
+            recording.motor_position, rate, cutoff_hz=drive_hz, substeps=self.substeps
+        )
+        n = recording.motor_position.size
+        self.decimation = max(1, int(rate / (2.5 * self.cutoff_hz)))
+        self._filter = SpectralFilter(n, rate, self.cutoff_hz, decimation=self.decimation)
+        self.rate_hz = rate / self.decimation
+        self.time: Floats = recording.time[:: self.decimation]
+        self.resolution = self._velocity_resolution(recording, drive_hz)
+        self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
+        self._shares: dict[tuple[float, float, float], Floats] = {}
+        self._lock = threading.Lock()
+        self._raw_torque = recording.motor_torque
+        self.torque = self.reduced(recording.motor_torque)
+        has_link = sensors == "motor+link" and recording.link_position is not None and not rigid
+        self.link: Floats | None = None
+        if has_link and recording.link_position is not None:
+            self.link = self.reduced(recording.link_position)
+        self.usable: Bools = self._usable(recording, trim_s)
+        if int(self.usable.sum()) < 60:
+            raise ExcitationError(
+                f"{int(self.usable.sum())} usable samples are left of {extent_text(n, rate)} after filtering, edges, "
+                f"gaps and standstill: {more_needed(n, rate)}"
+            )
+        self._links = LinkResponses(self.motion, lambda position, skew: self.reduced(position, delay=skew))
+
+    def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0, lag: float = 0.0) -> Floats:
+        """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is.
+
+        `delay`, s; `curvature`, s^2 (see `SpectralFilter`); `lag`, s, the time constant of a first-order low-pass.
+        """
+        (filtered,) = self._filter(signal, delay=delay, curvature=curvature, lag=lag)
+        return filtered
+
+    def friction_share(self, terms: Floats) -> Floats:
+        """The motor's dry friction over its size (n,), -1 to 1, as it turns over at reversals; the last are kept."""
+        key = (float(terms[Term.REVERSAL_SPEED]), float(terms[Term.PRESLIDING]), float(terms[Term.REVERSAL_LEAD]))
+        known = self._shares.get(key)
+        if known is None:
+            speed, way, lead = key
+            known = friction_share(
+                self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=max(speed, 0.0),
+                way=max(way, 0.0), lead=lead / self.recording.sample_time,
+            )  # fmt: skip
+            with self._lock:
+                self._shares[key] = known
+                while len(self._shares) > REMEMBERED:
+                    self._shares.pop(next(iter(self._shares)))
+        return known
+
+    def reduced_through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
+        """The same of a signal behind a linear system, whose `transfer` is asked at angular frequencies, rad/s."""
+        return self._filter.through(signal, transfer)
+
+    def _velocity_resolution(self, recording: Recording, cutoff_hz: float) -> float:
+        rest = recording.motor_position - self.motion.position
+        noise = float(np.std(rest[10:-10]))
+        return 2.0 * velocity_noise(noise, cutoff_hz, recording.sample_rate_hz)
+
+    def _usable(self, recording: Recording, trim_s: float) -> Bools:
+        n, rate = recording.motor_position.size, recording.sample_rate_hz
+        trim = int(min(trim_s * rate, n / 10))
+        bad = np.zeros(n, bool)
+        bad[:trim] = True
+        bad[n - trim :] = True
+        assert recording.measured is not None
+        if not recording.measured.all():
+            margin = max(1, int(rate / self.cutoff_hz))
+            missing = ndimage.binary_dilation(~recording.measured, iterations=margin)
+            # Over a gap the simulated link was driven by a guess: it takes a while to forget that.
+            settling = _held_after(missing, 0 if self.rigid else round(SETTLING_S * rate))
+            bad |= settling if float(np.mean(settling)) < MOST_SETTLING else missing
+        window = max(3, int(0.1 * rate))
+        moving = ndimage.uniform_filter1d((np.abs(self.motion.velocity) > self.resolution).astype(float), window)
+        bad |= moving < 0.5
+        usable: Bools = ~bad[:: self.decimation]
+        return usable
+
+    def link_response(self, terms: Floats) -> LinkMotion | None:
+        """The link's motion under `terms` at the recording's rate; None for a rigid joint."""
+        if self.rigid:
+            return None
+        return self._links.of(terms)
+
+    def link_response_of(self, values: Mapping[str, float]) -> LinkMotion | None:
+        """The link's motion (n,) under flat values; None for a rigid joint."""
+        return self.link_response(terms_of(values, rigid=self.rigid))
+
+    def prediction(self, values: Mapping[str, float]) -> Prediction:
+        """What the model with these flat values says the measurement is; NaN when its simulation runs away."""
+        return self._prediction(terms_of(values, rigid=self.rigid))
+
+    def _prediction(self, terms: Floats, link: LinkMotion | None = None) -> Prediction:
+        if link is None:
+            link = self.link_response(terms)
+        torque = motor_torque(terms, self.motion, link, self.friction_share(terms))
+        ts, lag = self.recording.sample_time, float(terms[Term.EFFORT_LAG])
+        torque_out = self.reduced(
+            torque, delay=float(terms[Term.TORQUE_DELAY]), curvature=float(terms[Term.TORQUE_AVERAGING]) * ts * ts,
+            lag=lag,
+        )  # fmt: skip
+        link_out = None
+        if self.link is not None and link is not None:
+            position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))
+            link_out = position + terms[Term.LINK_ZERO]
+        return Prediction(torque_out, link_out)
+
+    def measured_torque(self, values: Mapping[str, float]) -> Floats:
+        """The recorded torque (m,), clipped where the model says that the drive delivered no more."""
+        limit = float(terms_of(values, rigid=self.rigid)[Term.TORQUE_LIMIT])
+        if limit <= 0.0 or limit >= float(np.max(np.abs(self._raw_torque))):
+            return self.torque
+        return self.reduced(np.clip(self._raw_torque, -limit, limit))
+
+    def _limited(self, values: Mapping[str, float]) -> bool:
+        """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""
+        terms = terms_of(values, rigid=self.rigid)
+        return any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
+
+    def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+        """Measured minus predicted, (m,) each: torque, and link position where there is one."""
+        return self._compared(values, self._prediction(terms_of(values, rigid=self.rigid)))
+
+    def residuals_of_many(self, many: Sequence[Mapping[str, float]]) -> list[tuple[Floats, ...]]:
+        """The same under each of several sets of values, in one pass on all cores."""
+        terms = [terms_of(values, rigid=self.rigid) for values in many]
+        links = [None] * len(terms) if self.rigid else self._links.of_many(terms)
+        with ThreadPoolExecutor(usable_cores()) as pool:  # the FFTs release the GIL
+            return list(pool.map(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links))
+
+    def _compared(self, values: Mapping[str, float], predicted: Prediction) -> tuple[Floats, ...]:
+        residual = [self.measured_torque(values) - predicted.torque]
+        if self.link is not None and predicted.link is not None:
+            residual.append(self.link - predicted.link)
+        return tuple(residual)
+
+    def sensitivities(
+        self, values: Mapping[str, float], keys: Sequence[str], steps: Mapping[str, float]
+    ) -> tuple[Floats, ...]:
+        """Derivative of each residual with respect to `keys`, (m, len(keys)) a channel; forward differences.
+
+        `steps` gives the size of each difference. All keys that move the link are simulated in one pass. All forces
+        scaled together leave the link's motion as it is and scale the torque (Euler's theorem on homogeneous
+        functions), which gives the column of JL from the others; differences must honour that to the last digit, or a
+        precise link encoder would seem to know the scale.
+        """
+        base = self.prediction(values)
+        rest = self._compared(values, base)
+        columns = [np.zeros((r.size, len(keys))) for r in rest]
+        scaling = [key for key, value in values.items() if value != 0.0 and key_named(key).is_force]
+        homogeneous = "JL" in keys and set(scaling) <= set(keys) and not self._limited(values)
+        varied = [key for key in keys if not (homogeneous and key == "JL")]
+        moved = [{**values, key: values.get(key, 0.0) + steps[key]} for key in varied]
+        for key, there in zip(varied, self.residuals_of_many(moved), strict=True):
+            for column, r0, r1 in zip(columns, rest, there, strict=True):
+                column[:, keys.index(key)] = (r1 - r0) / steps[key]
+        if homogeneous:
+            weights = np.array([values[key] if key in scaling and key != "JL" else 0.0 for key in keys])
+            for column, scaled in zip(columns, (base.torque, 0.0), strict=False):
+                column[:, keys.index("JL")] = -(scaled + column @ weights) / values["JL"]
+        return tuple(columns)
+
+    def restricted(self, usable: Bools) -> FitProblem:
+        """The same problem with other usable samples (shares everything else)."""
+        copy = object.__new__(FitProblem)
+        copy.__dict__.update(self.__dict__)
+        copy.usable = usable
+        return copy

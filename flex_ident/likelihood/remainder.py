@@ -1,0 +1,83 @@
+"""What a fit leaves of the torque: its noise and where that is known from, what repeats, and whether more is left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.noise import QUIET_SHARE, noise_above_band, noise_floor, quiet_share
+from flex_ident.likelihood.repeats import Repeats, repeated
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.recording import Floats
+
+OWN_ERROR = 0.001
+"""Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
+OWN_ERROR_AT_REVERSALS = 0.03
+"""Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
+STANDSTILL = 0.05
+"""Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
+STRUCTURE = 1.12
+"""Gap over the noise floor from which what is left counts as structure."""
+Evidence = Literal["repeats", "above_band", "quiet", "none"]
+"""What tells the noise from the gap: what does not repeat, what lies above the motion, quiet cells, nothing."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Torque residual (m,) of a fit; its size, its noise floor and the method's own error, N m rms."""
+
+    residual: Floats
+    gap: float
+    floor: float
+    own_error: float
+    repeats: Repeats | None
+    evidence: Evidence
+
+    def structured(self, gap: float) -> bool:
+        """Whether a gap, N m rms, holds more than noise and the method's own error."""
+        return gap > STRUCTURE * self.floor and math.sqrt(max(gap**2 - self.floor**2, 0.0)) > self.own_error
+
+
+def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = None) -> Remainder:
+    """What that fit leaves at the rows (m,) of `where`, or all that are usable.
+
+    Friction at standstill, which no model can know, counts as noise, as far as there is so much dry friction.
+    """
+    problem = solver.problem
+    rows = problem.usable
+    shown = rows if where is None else where
+    residual = problem.residuals(fit.values)[0]
+    standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
+    noise, evidence, repeats = _noise(solver, residual - standstill)
+    still = min(float(np.sqrt(np.mean(standstill[shown] ** 2))), STANDSTILL * _coulomb(fit.values))
+    torque = float(np.sqrt(np.mean(problem.torque[rows] ** 2)))
+    gap = float(np.sqrt(np.mean(residual[shown] ** 2)))
+    return Remainder(residual, gap, math.hypot(noise, still), _own_error(torque, fit.values), repeats, evidence)
+
+
+def _noise(solver: SteadyFit, residual: Floats) -> tuple[float, Evidence, Repeats | None]:
+    """Noise of the torque, N m rms, what it is known from, and what repeats where the motion does."""
+    problem = solver.problem
+    repeats = repeated(problem, residual, problem.usable)
+    if repeats is not None:
+        return repeats.noise, "repeats", repeats
+    steady = noise_floor(residual, problem.usable, problem.rate_hz)
+    above = noise_above_band(problem)
+    if above is not None:
+        return min(steady, above), "above_band", None
+    return steady, "quiet" if quiet_share(problem, residual) > QUIET_SHARE else "none", None
+
+
+def _coulomb(values: Mapping[str, float]) -> float:
+    return abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
+
+
+def _own_error(torque: float, values: Mapping[str, float]) -> float:
+    """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
+    return math.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * _coulomb(values))

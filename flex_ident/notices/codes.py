@@ -1,0 +1,365 @@
+"""Every code that a result may carry: what it does to the verdict, what it means, what to do about it.
+
+Codes are what users script against (`flex_ident codes`, docs/codes.md): they stay; sentences may change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Literal
+
+Severity = Literal["info", "doubt", "reject"]
+"""What a code does to the verdict: nothing, at best doubtful, rejected; its meaning says when it does more."""
+
+
+class Code(StrEnum):
+    """One member a code: its name in `result.json`, its severity, its meaning in one sentence, and what to do."""
+
+    severity: Severity
+    meaning: str
+    advice: str
+
+    def __new__(cls, value: str, severity: Severity = "info", meaning: str = "", advice: str = "") -> Code:
+        """The member, which is the code's text and carries the rest."""
+        member = str.__new__(cls, value)
+        member._value_ = value
+        member.severity, member.meaning, member.advice = severity, meaning, advice
+        return member
+
+    # The bag.
+    BAG_DAMAGED = (
+        "bag_damaged", "info",
+        "Part of the bag could not be read; what is whole was used.",
+        "Copy the bag again from where it was recorded; if it is damaged there too, record again where much is lost.",
+    )  # fmt: skip
+    BAG_UNFINISHED = (
+        "bag_unfinished", "info",
+        "The recorder did not close the file; it was read to its end.",
+        "Stop the recorder with Ctrl-C, and let it finish.",
+    )  # fmt: skip
+
+    COLUMNS_GUESSED = (
+        "columns_guessed", "info",
+        "The columns of a table were taken for time, position and effort by their names.",
+        "Name them in a mapping where one is taken for another.",
+    )  # fmt: skip
+
+    # Stamps and samples.
+    NONFINITE_VALUES = (
+        "nonfinite_values", "info",
+        "Messages without a finite number, or without a stamp, were dropped.",
+        "Look at what publishes them.",
+    )  # fmt: skip
+    TIME_JUMPED_BACK = (
+        "time_jumped_back", "info",
+        "The clock was set back while it was recorded; the longest stretch in between was kept.",
+        "Let the clocks settle (chrony, PTP) before recording.",
+    )  # fmt: skip
+    STAMPS_OUT_OF_ORDER = (
+        "stamps_out_of_order", "info",
+        "Single messages are out of order in time, or have a stamp far from their neighbours', and were dropped.",
+        "Nothing, while they are few; else publish from one thread, and record on the robot's own computer.",
+    )  # fmt: skip
+    CLOCK_STEPPED = (
+        "clock_stepped", "info",
+        "The clock that stamps messages was set while they went on; its steps were taken back by the times of "
+        "reception.",
+        "Let the clocks settle (chrony, PTP) before recording.",
+    )  # fmt: skip
+    COARSE_STAMPS = (
+        "coarse_stamps", "info",
+        "Stamps come in ticks that are coarse for the rate; samples were taken as evenly spaced.",
+        "Stamp with a clock of nanoseconds, not of milliseconds.",
+    )  # fmt: skip
+    DUPLICATE_STAMPS = (
+        "duplicate_stamps", "info",
+        "Messages repeat the stamp before them, so that the rate is lower than it looks.",
+        "Stamp each message when it is measured.",
+    )  # fmt: skip
+    DIFFERENT_CLOCKS = (
+        "different_clocks", "info",
+        "Two signals are stamped by clocks that are far apart; they were brought together by their times of reception.",
+        "Stamp position and effort by one clock: a skew between them biases viscous friction.",
+    )  # fmt: skip
+    RECEIVE_TIMES = (
+        "receive_times", "info",
+        "The headers carry no usable stamps: times of reception were used, taken as evenly spaced.",
+        "Stamp the messages where they are measured.",
+    )  # fmt: skip
+    MIXED_CLOCKS = (
+        "mixed_clocks", "info",
+        "Some signals carry no usable stamps: their times of reception were used, shifted by the usual latency.",
+        "Stamp all signals where they are measured: a skew between torque and position biases viscous friction.",
+    )  # fmt: skip
+    PAUSED = (
+        "paused", "info",
+        "The recording pauses; only its longest part was used.",
+        "Record without a pause, or one bag a part.",
+    )  # fmt: skip
+    GAPS = (
+        "gaps", "info",
+        "Samples are missing over longer stretches, which were left out.",
+        "Record on the robot's own computer, or with a larger queue, where much is lost.",
+    )  # fmt: skip
+    ISOLATED_VALUES = (
+        "isolated_values", "info",
+        "Values of one constant, zero as a rule, stand between others that are not, and were left out.",
+        "Look at what publishes them: a second node on the topic, or a driver that sends zeros where it has no value.",
+    )  # fmt: skip
+    SPIKES = (
+        "spikes", "info",
+        "Values of a single sample lie far off their neighbours, and were left out.",
+        "Look at cables and driver where there are many.",
+    )  # fmt: skip
+    HELD_SAMPLES = (
+        "held_samples", "info",
+        "A signal is stamped more often than it is measured: samples that repeat others were left out; doubts where "
+        "it is measured at less than 100 Hz.",
+        "Record it at the rate at which it is measured, and measure it as often as the position.",
+    )  # fmt: skip
+    EFFORT_FROZEN = (
+        "effort_frozen", "doubt",
+        "The effort stands still where it cannot, as after a protective stop or a lost connection: left out.",
+        "Look at the robot's log, and record again without the stop.",
+    )  # fmt: skip
+    POSITION_UNWRAPPED = (
+        "position_unwrapped", "info",
+        "A position that wraps at a turn, or at another seam of its encoder, was made continuous.",
+        "Nothing, if the encoder counts one turn only.",
+    )  # fmt: skip
+    POSITION_REZEROED = (
+        "position_rezeroed", "doubt",
+        "A position jumps and goes on from there, as after a new zero; it was made continuous with its first part, "
+        "whose zero need not be the right one for gravity.",
+        "Record again without homing or zeroing the encoder in between.",
+    )  # fmt: skip
+    LINK_REPEATS_MOTOR = (
+        "link_repeats_motor", "info",
+        "The link position is the motor position number by number, and was left out.",
+        "Name the topic of the second encoder with --link-position, if there is one.",
+    )  # fmt: skip
+
+    # Units and kinds of the signals.
+    POSITION_NOT_SI = (
+        "position_not_si", "doubt",
+        "The position cannot be in rad or m on the link side: no joint moves like that.",
+        "Record rad or m; give --gear-ratio where the position is on the motor shaft.",
+    )  # fmt: skip
+    EFFORT_NOT_SI = (
+        "effort_not_si", "doubt",
+        "The effort is by its name, or by its magnitude, not in N m or N.",
+        "Give N m per recorded unit with --effort-scale: torque constant times gear ratio for a current.",
+    )  # fmt: skip
+    EFFORT_SIDE = (
+        "effort_side", "info",
+        "The motor position was divided by the gear ratio, and the effort was not multiplied by it.",
+        "Give --effort-scale with the gear ratio where the effort is the motor shaft's too.",
+    )  # fmt: skip
+    EFFORT_REVERSED = (
+        "effort_reversed", "reject",
+        "The effort has the opposite sign of the position: inertia, stiffness and friction come out negative.",
+        "Give --effort-scale -1, or the opposite of yours.",
+    )  # fmt: skip
+    EFFORT_JOINT_SENSOR = (
+        "effort_joint_sensor", "info",
+        "The effort is the torque through the transmission, from a sensor behind the gear: it says nothing of the "
+        "motor's inertia and friction.",
+        "Record the motor's torque or current as well, if Jm, FVm and FSm are wanted; or say --effort-kind motor.",
+    )  # fmt: skip
+    EFFORT_GRAVITY_COMPENSATED = (
+        "effort_gravity_compensated", "info",
+        "The gravity that the controller adds is not in the effort: MX and MY are what its model of the arm leaves.",
+        "Record the effort before that is subtracted, if the arm's own gravity is wanted; or say --effort-kind motor.",
+    )  # fmt: skip
+    EFFORT_UNSIGNED = (
+        "effort_unsigned", "reject",
+        "The effort never changes sign: it is an absolute value.",
+        "Record the effort with its sign, or name the signal that has it with --effort.",
+    )  # fmt: skip
+    EFFORT_LAG = (
+        "effort_lag", "info",
+        "The effort is low-passed on its way to the recording; corrected for.",
+        "Record it before the drive's filter, or with a faster one, where the lag is as long as the fastest motion.",
+    )  # fmt: skip
+    TORQUE_DELAY = (
+        "torque_delay", "doubt",
+        "The torque is recorded late or early against the motor position, by more than a sample; corrected for.",
+        "Look at the drive's time stamps.",
+    )  # fmt: skip
+    LINK_SKEW = (
+        "link_skew", "doubt",
+        "The link position is recorded late or early against the motor's, by more than a sample; corrected for.",
+        "Look at the time stamps of the link encoder.",
+    )  # fmt: skip
+    TORQUE_DELAY_BELOW_A_SAMPLE = (
+        "torque_delay_below_a_sample", "info",
+        "The torque fits best a little late or early: measurement, corrected for, not a finding.",
+        "Nothing, while it is less than a sample.",
+    )  # fmt: skip
+    LINK_SKEW_BELOW_A_SAMPLE = (
+        "link_skew_below_a_sample", "info",
+        "The link position fits best a little late or early: measurement, corrected for, not a finding.",
+        "Nothing, while it is less than a sample.",
+    )  # fmt: skip
+
+    # The motion.
+    JOINT_STILL = (
+        "joint_still", "reject",
+        "The joint is held: what it moves is noise.",
+        "Record while this joint follows a chirp, or name another one with --joint.",
+    )  # fmt: skip
+    OTHER_JOINTS_MOVE = (
+        "other_joints_move", "info",
+        "Other joints move in the recording: their motion loads this one, which the model does not know.",
+        "Move this joint alone, all others held; or give the robot with --urdf.",
+    )  # fmt: skip
+    CONSTANT_SPEED = (
+        "constant_speed", "doubt",
+        "The joint moves at one speed: viscous and Coulomb friction, or inertia and gravity, cannot be told apart.",
+        "Record a chirp, or at least motion at several speeds in both directions.",
+    )  # fmt: skip
+    SINGLE_TONE = (
+        "single_tone", "doubt",
+        "The motion holds one frequency: inertia and stiffness act alike there.",
+        "Sweep the frequency (chirp.start_frequency_hz, chirp.end_frequency_hz), across the first mode.",
+    )  # fmt: skip
+    STICKING = (
+        "sticking", "doubt",
+        "The joint sticks for much of the time: dry friction holds it, and the torque says little of the rest.",
+        "Move with a larger amplitude, or faster.",
+    )  # fmt: skip
+    NO_MODE_IN_BAND = (
+        "no_mode_in_band", "doubt",
+        "No resonance lies in the band that the motion excites: the joint is rigid as far as this recording tells.",
+        "Sweep to higher frequencies or read a link encoder for the spring; else --rigid is the model that holds.",
+    )  # fmt: skip
+    MODE_OUTSIDE_BAND = (
+        "mode_outside_band", "doubt",
+        "The locked-motor frequency of the result lies above the band that was excited.",
+        "Sweep beyond that frequency.",
+    )  # fmt: skip
+    SAMPLED_SLOWLY = (
+        "sampled_slowly", "doubt",
+        "The recording's rate is low for the joint's resonance: commands held that long fold back onto it.",
+        "Command and record at ten times the locked-motor frequency or more.",
+    )  # fmt: skip
+    LOW_SAMPLING_RATE = (
+        "low_sampling_rate", "doubt",
+        "The recording's rate is below that of the paper's eq. 29: derivatives are distorted.",
+        "Record faster, or use --method auto.",
+    )  # fmt: skip
+
+    # What the data determine.
+    UNDETERMINED = (
+        "undetermined", "info",
+        "Only a combination of some parameters is determined; rejects where inertia or stiffness is among them and a "
+        "linear method was asked for.",
+        "Record a wider sweep.",
+    )  # fmt: skip
+    NOT_IDENTIFIABLE = (
+        "not_identifiable", "info",
+        "The recording does not determine this parameter; rejects where it is an inertia or the stiffness.",
+        "Record the experiment that the sentence names: a wider sweep, a larger range, a payload or a link encoder.",
+    )  # fmt: skip
+    BELOW_UNEXPLAINED = (
+        "below_unexplained", "info",
+        "The parameter's share of the torque is smaller than what is left unexplained: it is not identifiable.",
+        "Find what is missing first (explain_gap), or move so that this parameter bears more of the torque.",
+    )  # fmt: skip
+    LOW_EXCITATION = (
+        "low_excitation", "doubt",
+        "An inertia or the stiffness is known poorly.",
+        "Record the experiment that the sentence names.",
+    )  # fmt: skip
+    STARTS_DISAGREE = (
+        "starts_disagree", "doubt",
+        "Fits from different starts end apart, though all fit alike: the recording does not decide between them.",
+        "Record a wider sweep or a larger amplitude, or start from a known model with --model.",
+    )  # fmt: skip
+    NOT_PHYSICAL = (
+        "not_physical", "reject",
+        "The fit has a negative inertia or stiffness: the model does not hold for this recording.",
+        "Check sign and scale of the effort (--effort-scale), and that the signals are this joint's.",
+    )  # fmt: skip
+    NEGATIVE_FRICTION = (
+        "negative_friction", "reject",
+        "A friction coefficient comes out negative for certain: torque and motion do not belong together as they are.",
+        "Check the time stamps of effort and position (a delay feeds energy in), sign and scale of the effort, and "
+        "whether friction was compensated.",
+    )  # fmt: skip
+    CUTOFF_DEPENDENT = (
+        "cutoff_dependent", "info",
+        "The estimate changes with the filter's cutoff: something in that band is not in the model.",
+        "Run explain_gap.",
+    )  # fmt: skip
+
+    # What the model leaves.
+    MODEL_MISMATCH = (
+        "model_mismatch", "doubt",
+        "The model leaves much of the torque unexplained; rejects from half of it on.",
+        "Run explain_gap to see what is missing.",
+    )  # fmt: skip
+    STRUCTURED_RESIDUAL = (
+        "structured_residual", "doubt",
+        "What the model leaves is more than noise: it has a structure that repeats or that the motion explains.",
+        "Run explain_gap to see what is missing.",
+    )  # fmt: skip
+    CAUSE_SUSPECTED = (
+        "cause_suspected", "doubt",
+        "One effect accounts best for what is left, by a quick look: the intervals are wide enough for it.",
+        "Run explain_gap, which fits it and says whether it holds.",
+    )  # fmt: skip
+    NOISE_UNKNOWN = (
+        "noise_unknown", "doubt",
+        "How large the noise is cannot be told: nothing repeats, and no part of the spectrum is free of motion.",
+        "Repeat the motion (chirp.repeats: 2 or more), or record it twice and give both bags.",
+    )  # fmt: skip
+    VALIDATION_GAP = (
+        "validation_gap", "doubt",
+        "The error is larger where the fit did not look; rejects where the recording is too short to keep such a part.",
+        "Record longer.",
+    )  # fmt: skip
+    RIGID_AS_WELL = (
+        "rigid_as_well", "reject",
+        "A rigid joint explains the recording as well: there is no sign of the spring that was fitted.",
+        "Use --rigid, or sweep to higher frequencies for the spring.",
+    )  # fmt: skip
+    MOTOR_EQUATION = (
+        "motor_equation", "info",
+        "What the motor's equation alone (eq. 6), which holds whatever moves the link, says of the stiffness.",
+        "Take K from it, nothing else, and record again with all other axes at rest.",
+    )  # fmt: skip
+    X5_INCONSISTENT = (
+        "x5_inconsistent", "doubt",
+        "X5 of the paper's eq. 19 contradicts the other six X; rejects from ten standard deviations on.",
+        "Use --method auto.",
+    )  # fmt: skip
+    SIMPLIFIED_MODEL = (
+        "simplified_model", "doubt",
+        "The paper's eq. 18 leaves out gravity and the link's Coulomb friction: K and JL may be far off.",
+        "Use --method auto.",
+    )  # fmt: skip
+
+    # What was asked for.
+    MODEL_IGNORED = (
+        "model_ignored", "info",
+        "The model given is not used: linear least squares needs no start and knows no effects.",
+        "Use --method auto to start from it.",
+    )  # fmt: skip
+    MODEL_AS_GIVEN = (
+        "model_as_given", "info",
+        "How far the model as it was given is from the measurement, before its parameters are identified again.",
+        "Nothing.",
+    )  # fmt: skip
+    BASE_NOT_DETERMINED = (
+        "base_not_determined", "reject",
+        "The recording does not determine the base model, so no missing effect is named.",
+        "Record again as identify_bag advises for this recording; then look for what is missing.",
+    )  # fmt: skip
+
+
+CASES: Mapping[tuple[Code, str], Severity] = {(Code.HELD_SAMPLES, "slow"): "doubt"}
+"""Severities of single cases of a code, where they are worse than the code's."""
+NOT_SI = (Code.POSITION_NOT_SI, Code.EFFORT_NOT_SI)
+"""A signal is not what it is taken for: no number that stands on it can be trusted."""

@@ -1,0 +1,128 @@
+"""MuJoCo: a whole model of link and rotor about one axis, with a tendon between them as the spring."""
+
+from __future__ import annotations
+
+import math
+from xml.sax.saxutils import quoteattr
+
+from flex_ident.report.export.remarks import remarks
+from flex_ident.report.stored import StoredResult
+from flex_ident.simulation.terms import GRAVITY
+
+ROTOR_SHARE = 1e-6
+"""Inertia of the rotor's body over its armature: MuJoCo wants a mass and an inertia of every body that moves."""
+STEPS_PER_PERIOD = 40.0
+"""Time steps in a period of the free resonance."""
+LONGEST_STEP_S = 1e-3
+GRAVITY_EFFECTS = ("gravity.MX", "gravity.MY")
+TENDON_EFFECTS = ("backlash.gap", "joint_damping.damping")
+"""Effects that the MuJoCo model holds; others are named as left out."""
+
+
+def written(result: StoredResult) -> str:
+    """A whole MuJoCo model: link and rotor about one axis, each with its friction, a tendon between them as the spring.
+
+    Both hang from the base, so that each one's friction acts against it as in eqs. 5 and 6; the actuator takes the
+    motor's torque on the link side of the gear. A rigid joint is one body.
+    """
+    rigid = result.rigid
+    step = LONGEST_STEP_S if rigid else min(LONGEST_STEP_S, 1.0 / (STEPS_PER_PERIOD * _free_resonance_hz(result)))
+    step = float(f"{step:.1e}")
+    link, motor = result.joint, result.joint if rigid else f"{result.joint}_motor"
+    inertia = result.positive("J" if rigid else "JL")
+    bodies = _link_body(result, link, inertia, step)
+    tendon = ""
+    texts = [
+        "The axis is horizontal and the zero position that of the recording: link weight is MX g cos q + MY g sin q.",
+        "Only inertia about the axis and first moments were identified: mass and place of the centre of mass go with "
+        "them, but stand for no others.",
+    ]
+    if result.slides:
+        texts = ["The axis is horizontal: what gravity does along it is in the motor's constant force."]
+    if not rigid:
+        bodies += _rotor_body(result, motor, step)
+        tendon = _spring(result, link, motor)
+        texts.append(f"{motor} is the rotor on the link side of the gear, and the tendon the joint's spring.")
+    offset = result.number("offset") if result.determines("offset") else 0.0
+    if not result.determines("offset"):
+        texts.append("The motor has no constant force here: the recording does not determine it.")
+    constant = f' biastype="affine" biasprm="{-offset:.9g} 0 0"' if offset else ""
+    held = (*GRAVITY_EFFECTS, *(() if rigid else TENDON_EFFECTS))
+    return (
+        f"{remarks(result, *texts, held=held)}\n"
+        f"<mujoco model={quoteattr(result.joint)}>\n"
+        f'  <compiler angle="radian"/>\n'
+        f'  <option timestep="{step:.6g}" gravity="0 0 -{GRAVITY}" integrator="implicitfast"/>\n'
+        f"  <worldbody>\n{bodies}  </worldbody>\n{tendon}"
+        f"  <actuator>\n"
+        f"    <general name={quoteattr(motor)} joint={quoteattr(motor)}{constant}/>\n"
+        f"  </actuator>\n"
+        f"</mujoco>"
+    )
+
+
+def _free_resonance_hz(result: StoredResult) -> float:
+    compliance = 1.0 / result.positive("Jm") + 1.0 / result.positive("JL")
+    return math.sqrt(result.positive("K") * compliance) / (2.0 * math.pi)
+
+
+def _joint_element(name: str, kind: str, viscous: float, dry: float, step: float, armature: float = 0.0) -> str:
+    """A joint; dry friction as stiff a constraint as the time step allows."""
+    rotor = f' armature="{armature:.9g}"' if armature else ""
+    friction = f' frictionloss="{dry:.9g}" solreffriction="{2.0 * step:.6g} 1"' if dry else ""
+    return f'<joint name={quoteattr(name)} {kind}{rotor} damping="{viscous:.9g}"{friction}/>'
+
+
+def _link_body(result: StoredResult, name: str, inertia: float, step: float) -> str:
+    """The link: `inertia` about the axis, and a centre of mass that gives MX and MY.
+
+    The mass is not identified: it is what leaves half of the inertia to the centre of mass's own.
+    """
+    viscous, dry = (result.number(k, lowest=0.0) for k in ("FV", "FS"))
+    kind, mass, own, place = 'type="hinge" axis="0 1 0"', 1.0, inertia, (0.0, 0.0)
+    if result.slides:
+        kind, mass = 'type="slide" axis="1 0 0"', inertia
+    else:
+        mx, my = (result.number(k) + result.number(f"gravity.{k}") for k in ("MX", "MY"))
+        moment = math.hypot(mx, my)
+        if moment > 0.0:
+            mass = 2.0 * moment**2 / inertia
+            own, place = 0.5 * inertia, (-mx / mass, -my / mass)
+    joint = _joint_element(name, kind, viscous, dry, step)
+    return (
+        f"    <body name={quoteattr(name + '_link')}>\n"
+        f'      <inertial pos="{place[0]:.9g} 0 {place[1]:.9g}" mass="{mass:.9g}" '
+        f'diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>\n'
+        f"      {joint}\n"
+        f"    </body>\n"
+    )
+
+
+def _rotor_body(result: StoredResult, name: str, step: float) -> str:
+    """The rotor: its inertia is the joint's armature, the body is there because MuJoCo wants one."""
+    inertia = result.positive("Jm")
+    small = ROTOR_SHARE * inertia
+    kind = 'type="slide" axis="1 0 0"' if result.slides else 'type="hinge" axis="0 1 0"'
+    viscous, dry = (result.number(k, lowest=0.0) for k in ("FVm", "FSm"))
+    joint = _joint_element(name, kind, viscous, dry, step, armature=inertia)
+    return (
+        f"    <body name={quoteattr(name)}>\n"
+        f'      <inertial pos="0 0 0" mass="{small:.9g}" diaginertia="{small:.9g} {small:.9g} {small:.9g}"/>\n'
+        f"      {joint}\n"
+        f"    </body>\n"
+    )
+
+
+def _spring(result: StoredResult, link: str, motor: str) -> str:
+    """The spring as a fixed tendon from link to rotor; its dead band is the backlash."""
+    half = 0.5 * result.number("backlash.gap", lowest=0.0)
+    damping = result.number("joint_damping.damping", lowest=0.0)
+    return (
+        f"  <tendon>\n"
+        f'    <fixed name={quoteattr(link + "_spring")} stiffness="{result.positive("K"):.9g}" '
+        f'damping="{damping:.9g}" springlength="{0.0 - half:.9g} {half:.9g}">\n'
+        f'      <joint joint={quoteattr(motor)} coef="1"/>\n'
+        f'      <joint joint={quoteattr(link)} coef="-1"/>\n'
+        f"    </fixed>\n"
+        f"  </tendon>\n"
+    )

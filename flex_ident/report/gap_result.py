@@ -1,0 +1,72 @@
+"""`gap.json`: the public form of an explanation, as INTERFACE.md gives it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from flex_ident.gap.explanation import Finding, GapExplanation, Region
+from flex_ident.likelihood.repeats import Repeats
+from flex_ident.parameters import Parameter
+from flex_ident.report import schemas
+from flex_ident.report.sentences import warning_content
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _parameter(p: Parameter) -> dict[str, Any]:
+    low, high = p.interval
+    return {
+        "value": _finite(p.value), "std": _finite(p.std), "ci95": [_finite(low), _finite(high)], "unit": p.unit,
+        "relative_std_percent": _finite(p.relative_std_percent), "identifiable": p.identifiable,
+    }  # fmt: skip
+
+
+def _regions(found: Sequence[Region]) -> list[dict[str, Any]]:
+    return [
+        {"variable": r.variable, "range": [r.low, r.high], "share_of_gap": r.share, "share_of_time": r.time_share,
+         "text": r.text}
+        for r in found
+    ]  # fmt: skip
+
+
+def _finding(f: Finding) -> dict[str, Any]:
+    content: dict[str, Any] = {
+        "effect": f.effect, "verdict": f.verdict, "confidence": f.confidence, "gap_before": f.gap_before,
+        "gap_after": f.gap_after, "parameters": {p.key: _parameter(p) for p in f.parameters}, "evidence": f.evidence,
+        "also_considered": [{"effect": a.effect, "gap_after": _finite(a.gap_after)} for a in f.also_considered],
+    }  # fmt: skip
+    if f.indistinguishable_from:
+        content["indistinguishable_from"] = list(f.indistinguishable_from)
+        content["experiment"] = f.experiment
+    return content
+
+
+def _repeats(r: Repeats | None) -> dict[str, float] | None:
+    return None if r is None else {"period_s": r.period_s, "repeatable": r.repeatable, "noise": r.noise}
+
+
+def gap_content(explanation: GapExplanation) -> dict[str, Any]:
+    """The content of `gap.json` (schema flex_ident/gap/1)."""
+    e = explanation
+    return {
+        "schema": schemas.GAP, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
+        "gap": {
+            "unit": e.unit, "measured_on": "validation", "before": e.before, "after": e.after,
+            "noise_floor": e.noise_floor, "method_error": e.method_error, "closed": e.closed,
+            "steps": [{"model": s.model, "gap": s.gap} for s in e.steps],
+            "repeats": {"before": _repeats(e.repeats), "after": _repeats(e.repeats_left)} if e.repeats else None,
+        },
+        "where": _regions(e.where), "where_left": _regions(e.where_left),
+        "findings": [_finding(f) for f in e.findings],
+        "rejected": [{"effect": r.effect, "share_of_gap": r.share, "reason": r.reason} for r in e.rejected],
+        "not_testable": [
+            {"effect": u.effect, "orthogonal_share": u.orthogonal, "experiment": u.experiment} for u in e.not_testable
+        ],
+        "unexplained": e.unexplained,
+        "parameters": {p.key: _parameter(p) for p in e.final.parameters},
+        "warnings": [warning_content(n) for n in (*e.notices, *e.final.notices)],
+    }  # fmt: skip

@@ -1,0 +1,395 @@
+"""The sentence of each notice: the one place where a code and its numbers become words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from flex_ident.notices import Code, Notice
+from flex_ident.regression.verdict import EXPERIMENTS, REVERSED
+
+Template = str | Callable[[Notice], str]
+"""A format string over the notice's numbers, texts and `subject`, or a function where the words depend on them."""
+WIDER = "a wider sweep, a larger amplitude or a payload"
+"""The experiment for a parameter of which no better is known."""
+
+
+def sentence(notice: Notice) -> str:
+    """What a notice says, in one sentence or two that begin with a small letter."""
+    template = SENTENCES[notice.code]
+    if isinstance(template, Mapping):
+        template = template[notice.case]
+    if callable(template):
+        return template(notice)
+    return template.format(subject=notice.subject, **notice.numbers, **notice.texts)
+
+
+def finding_of(notice: Notice) -> str:
+    """The sentence without what to do, for where that does not apply."""
+    if notice.code is Code.MODEL_MISMATCH:
+        return LEAVES.format(**notice.numbers)
+    return sentence(notice)
+
+
+def warning_content(notice: Notice) -> dict[str, Any]:
+    """A notice in the `warnings` of result.json and gap.json."""
+    return {
+        "code": str(notice.code), "message": sentence(notice), "subject": notice.subject,
+        "numbers": {k: v if math.isfinite(v) else None for k, v in notice.numbers.items()},
+    }  # fmt: skip
+
+
+def experiment_for(key: str) -> str:
+    """What to record for a parameter that is not determined."""
+    return EXPERIMENTS.get(key, WIDER)
+
+
+def _not_identifiable(n: Notice) -> str:
+    std = n.numbers["std"]
+    known = f"± {2.0 * std:.2g} {n.texts['unit']}".rstrip() + ", 2σ" if math.isfinite(std) else "not at all"
+    return f"{n.subject} is not determined by this recording ({known}): {experiment_for(n.subject)}."
+
+
+def _low_excitation(n: Notice) -> str:
+    percent = n.numbers["relative_std_percent"]
+    return f"{n.subject} is known to ± {2.0 * percent:.0f} % (2σ) only: {experiment_for(n.subject)}."
+
+
+def _late(what: str) -> Template:
+    def words(n: Notice) -> str:
+        delay, sample = n.numbers["delay_s"], n.numbers["sample_s"]
+        side = "late" if delay > 0.0 else "early"
+        return (
+            f"{what} is recorded {1e3 * abs(delay):.2f} ms {side} against the motor position, more than a sample "
+            f"({1e3 * sample:.2f} ms): corrected for, but look at the drive's time stamps."
+        )
+
+    return words
+
+
+def _below_a_sample(what: str) -> Mapping[str, Template]:
+    start = f"{what} fits best when recorded {{delay_ms:+.3f}} ms against the motor position, "
+    return {
+        "within": start + "less than a sample: measurement, corrected for, not a finding.",
+        "at_limit": start + "the most that counts as measurement: it may be larger, or stand in for something else.",
+    }
+
+
+def _jumped_back(n: Notice) -> str:
+    jumps, kept, dropped = (int(n.numbers[k]) for k in ("jumps", "kept", "dropped"))
+    return (
+        f"time of {n.subject} jumps back {_often(jumps)}, by {n.numbers['largest_s']:.3g} s at most: "
+        f"the longest stretch of {kept} samples was kept, {dropped} were dropped."
+    )
+
+
+def _often(count: float) -> str:
+    return "once" if count == 1 else f"{count:.0f} times"
+
+
+def _clock_stepped(n: Notice) -> str:
+    steps, largest = n.numbers["steps"], n.numbers["largest_ms"]
+    return (
+        f"the clock that stamps {n.subject} was set {_often(steps)}, by {largest:+.4g} ms at most, while messages went "
+        "on: its steps were taken back."
+    )
+
+
+def _isolated(more: str = "") -> Template:
+    def words(n: Notice) -> str:
+        count, total, constant = (n.numbers[k] for k in ("count", "total", "constant"))
+        zero = "zero" if constant == 0.0 else f"{constant:.6g}"
+        return (
+            f"{count:.0f} of {total:.0f} values of {n.subject} are {zero} between others that are not: left out.{more}"
+        )
+
+    return words
+
+
+def _effort_frozen(n: Notice) -> str:
+    stretches, seconds, count, total = (n.numbers[k] for k in ("stretches", "seconds", "count", "total"))
+    return (
+        f"{n.subject} stands still {_often(stretches)}, for {seconds:.3g} s in all ({count:.0f} of {total:.0f} "
+        "samples), where it cannot: left out."
+    )
+
+
+def _seam(n: Notice) -> str:
+    jumps, size = n.numbers["jumps"], n.numbers["size"]
+    return f"{n.subject} jumps {_often(jumps)} by {size:.6g}, the seam of its encoder: made continuous."
+
+
+def _rezeroed(n: Notice) -> str:
+    jumps, largest = n.numbers["jumps"], n.numbers["largest"]
+    return (
+        f"{n.subject} jumps {_often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero: "
+        "made continuous with its first part."
+    )
+
+
+def _motor_over_link(n: Notice) -> str:
+    ratio = n.numbers["ratio"]
+    units = (
+        (180.0 / math.pi, "motor in degrees, link in radians"),
+        (math.pi / 180.0, "motor in radians, link in degrees"),
+        (1000.0, "motor in millimetres, link in metres"),
+    )
+    known = (words for factor, words in units if abs(ratio / factor - 1.0) < 0.05)
+    why = next(known, "is one in other units, or on the motor shaft (--gear-ratio)?")
+    return f"the motor position moves {ratio:.4g} times as far as the link's where both move together: {why}. {TAKEN}"
+
+
+def _motor_equation(n: Notice) -> str:
+    k, std, left, skew = (n.numbers[key] for key in ("K", "std", "left_percent", "least_skew_s"))
+    text = (
+        "the motor's equation alone (eq. 6), which holds whatever moves the link, gives "
+        f"K = {k:.2g} ± {2 * std:.1g} {n.texts['unit']} (2σ) with {left:.0f} % of the torque left"
+    )
+    if skew > 0.0:
+        text += (
+            "; its velocity term is negative, which means that the link encoder is read at least "
+            f"{1e3 * skew:.1f} ms after the motor's"
+        )
+    return text + "."
+
+
+def _motor_equation_undetermined(n: Notice) -> str:
+    k, std, left = (n.numbers[key] for key in ("K", "std", "left_percent"))
+    return (
+        f"not even the motor's equation alone (eq. 6) determines K: {k:.2g} ± {2 * std:.1g} {n.texts['unit']} (2σ), "
+        f"{left:.0f} % of the torque left. The measured deflection does not follow the torque: "
+        "check that both encoders belong to this joint and share one clock, and move this joint alone."
+    )
+
+
+def _base_not_determined(n: Notice) -> str:
+    text = "the recording does not determine the base model, so nothing is named"
+    if n.texts["effects"]:
+        text += f" ({n.texts['effects']} would close some of the gap, by chance for all we know)"
+    return text + "."
+
+
+def _other_joints(n: Notice) -> str:
+    count = int(n.numbers["count"])
+    return (
+        f"{count} other joint{'s move' if count > 1 else ' moves'} ({n.texts['joints']}): their motion loads this one, "
+        "which the model does not know. Move this joint alone, all others held."
+    )
+
+
+LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
+CUT = "{subject} {how} at byte {at:.0f} of {size:.0f}: the last {lost_percent:.1f} % are lost, what is whole was read."
+HELD = (
+    "{subject} is stamped at {stamped_hz:.4g} Hz and measured at {measured_hz:.4g} Hz: the {count:.0f} of {total:.0f} "
+    "samples that repeat others were left out."
+)
+TAKEN = "Positions are taken as rad or m on the link side."
+EFFORTS_TAKEN = "Efforts are taken as N m or N on the link side: --effort-scale converts them."
+
+SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
+    Code.BAG_DAMAGED: {
+        "part": "a part was left out: {error}",
+        "metadata": "{subject} {why} How many messages it announces is not known.",
+        "part_missing": "{subject} of the bag is missing.",
+        "messages_lost": "{read:.0f} of {announced:.0f} messages of {subject} were read: the others are lost.",
+        "compressed": "{count:.0f} compressed messages of {subject} are damaged and lost.",
+        "names": "{count:.0f} messages of {subject} hold names that no others do: damaged, left out.",
+        "messages": "{count:.0f} messages of {subject} are damaged and were left out.",
+        "decompression": "{subject} is cut or damaged: what could be decompressed was read, the rest is lost.",
+        "cut": CUT,
+        "chunk": "{subject}: the chunk at byte {at:.0f} is damaged and was left out.",
+        "rest_of_chunk": (
+            "{subject}: the chunk at byte {at:.0f} is damaged at byte {inside:.0f} of its {size:.0f}: {read:.0f} "
+            "messages in front were read, what follows is lost."
+        ),
+        "nameless": ("{subject}: {count:.0f} messages belong to no topic that the file describes, and were left out."),
+        "short": "{subject}: {count:.0f} messages are shorter than a message can be, and were left out.",
+        "summary": "{subject}: its summary is damaged at byte {at:.0f} of {size:.0f}.",
+        "between": (
+            "{subject}: what stands between bytes {at:.0f} and {further:.0f} of {size:.0f} is damaged and lost."
+        ),
+        "unknown_record": "{subject}: the record at byte {at:.0f} is of no known kind and was left out.",
+        "end": "{subject} is cut: of what stood behind its {size:.0f} bytes nothing is left.",
+        "record": "{subject}: a {kind} record is damaged and was left out.",
+        "log": "{subject} cannot be read: the newest messages are lost. Copy the bag to a folder that is writable.",
+        "database": "{subject} is damaged ({error}): {read:.0f} messages were read, the rest is lost.",
+        "numbered_rows": "{subject}: {count:.0f} of {total:.0f} numbered messages are lost.",
+        "damaged_rows": "{subject}: {count:.0f} of {total:.0f} messages are damaged and were left out.",
+        "nameless_rows": (
+            "{subject}: {count:.0f} of {total:.0f} messages belong to no topic of the file, and were left out."
+        ),
+        "indexed_rows": (
+            "{subject}: {read:.0f} of {indexed:.0f} messages in its index were read: the others are lost."
+        ),
+    },
+    Code.BAG_UNFINISHED: "{subject} was not closed: read to its end.",
+    Code.COLUMNS_GUESSED: "columns of {subject} taken by their names: {columns}.",
+    Code.NONFINITE_VALUES: (
+        "{count:.0f} of {total:.0f} messages of {subject} hold no finite number, or no stamp, and were dropped."
+    ),
+    Code.TIME_JUMPED_BACK: _jumped_back,
+    Code.STAMPS_OUT_OF_ORDER: (
+        "{count:.0f} of {total:.0f} messages of {subject} are out of order in time, or have a stamp far from their "
+        "neighbours', and were dropped."
+    ),
+    Code.CLOCK_STEPPED: _clock_stepped,
+    Code.COARSE_STAMPS: ("stamps of {subject} come in ticks of {tick_ms:.4g} ms: samples were taken as evenly spaced."),
+    Code.DUPLICATE_STAMPS: (
+        "{count:.0f} of {total:.0f} messages of {subject} repeat the stamp before them: one of each was kept, which "
+        "lowers the rate. Stamp each message when it is measured."
+    ),
+    Code.DIFFERENT_CLOCKS: (
+        "stamps of {subject} come from a clock {off_s:.6g} s off: brought to the motor position's by the usual time "
+        "from stamp to reception."
+    ),
+    Code.RECEIVE_TIMES: (
+        "header stamps of {subject} {why}: times of reception were used, and samples taken as evenly spaced. Stamp the "
+        "messages where they are measured."
+    ),
+    Code.MIXED_CLOCKS: (
+        "{subject} carry no usable stamp: times of reception were used, shifted by the usual latency of "
+        "{latency_ms:.2f} ms. A skew between torque and position biases viscous friction."
+    ),
+    Code.PAUSED: "the recording pauses: only its longest part, of {longest_s:.6g} s, was used.",
+    Code.GAPS: "{percent:.2f} % of the recording lies in gaps of over {periods:.0f} samples: left out.",
+    Code.ISOLATED_VALUES: {
+        "few": _isolated(),
+        "second_publisher": _isolated(" Does a second node publish on this topic?"),
+    },
+    Code.SPIKES: "{count:.0f} of {total:.0f} values of {subject} are spikes of a single sample: left out.",
+    Code.HELD_SAMPLES: {
+        "fast": HELD,
+        "slow": HELD + " That is slow: it says nothing of faster motion. Measure it as often as the position.",
+    },
+    Code.EFFORT_FROZEN: _effort_frozen,
+    Code.POSITION_UNWRAPPED: {
+        "turn": "{subject} jumps by a turn and back: taken as the angle of one turn, and made continuous.",
+        "seam": _seam,
+    },
+    Code.POSITION_REZEROED: _rezeroed,
+    Code.LINK_REPEATS_MOTOR: "{subject} repeats the motor position number by number: left out.",
+    Code.POSITION_NOT_SI: {
+        "counts": f"the {{which}} position holds whole numbers only, over {{swing:.4g}}: encoder counts? {TAKEN}",
+        "swing": (
+            "the {which} position spans {swing:.4g} at up to {speed:.4g} a second: degrees, millimetres, or the motor "
+            f"shaft's (--gear-ratio)? {TAKEN}"
+        ),
+        "ratio": _motor_over_link,
+    },
+    Code.EFFORT_NOT_SI: {
+        "current": "{subject} is by its name a current: give N m per ampere with --effort-scale.",
+        "counts": (
+            f"the effort holds whole numbers only, up to {{largest:.4g}}: raw units of the drive? {EFFORTS_TAKEN}"
+        ),
+        "inertia": (
+            "efforts of up to {largest:.3g} for these accelerations suggest an inertia of {inertia:.2g}: a current, or "
+            f"another unit? {EFFORTS_TAKEN}"
+        ),
+    },
+    Code.EFFORT_SIDE: (
+        "the motor position was divided by {gear_ratio:g}, and the effort taken as N m on the link side: if it is the "
+        "motor shaft's too, give --effort-scale {gear_ratio:g}."
+    ),
+    Code.EFFORT_REVERSED: REVERSED,
+    Code.EFFORT_JOINT_SENSOR: (
+        "the effort is the torque through the transmission, from a sensor behind the gear: the motor's inertia and "
+        "friction are not in it."
+    ),
+    Code.EFFORT_GRAVITY_COMPENSATED: (
+        "the effort is without the gravity that the controller adds: MX and MY are what its model of the arm leaves."
+    ),
+    Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
+    Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
+    Code.TORQUE_DELAY: _late("torque"),
+    Code.LINK_SKEW: _late("link position"),
+    Code.TORQUE_DELAY_BELOW_A_SAMPLE: _below_a_sample("torque"),
+    Code.LINK_SKEW_BELOW_A_SAMPLE: _below_a_sample("link position"),
+    Code.JOINT_STILL: "joint {subject} is held: it moves {moved:.2g} only. Record while it follows a chirp.",
+    Code.OTHER_JOINTS_MOVE: _other_joints,
+    Code.CONSTANT_SPEED: (
+        "the joint moves at one speed: viscous and Coulomb friction cannot be told apart. Record a chirp."
+    ),
+    Code.SINGLE_TONE: (
+        "the motion holds {frequency_hz:.3g} Hz and little else: inertia and stiffness act alike there. Sweep the "
+        "frequency across the first mode."
+    ),
+    Code.STICKING: (
+        "the joint sticks for {percent:.0f} % of the time, held by dry friction: move with a larger amplitude."
+    ),
+    Code.NO_MODE_IN_BAND: (
+        "no resonance lies in the excited band, up to {band_hz:.3g} Hz: sweep to higher frequencies for the spring, or "
+        "use --rigid."
+    ),
+    Code.MODE_OUTSIDE_BAND: (
+        "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies above the excited band, {band_hz:.3g} Hz: sweep "
+        "beyond it."
+    ),
+    Code.SAMPLED_SLOWLY: (
+        "{rate_hz:.4g} Hz is slow for a locked-motor frequency of {locked_motor_hz:.3g} Hz: commands held that long "
+        "fold back onto it. Command and record at {wanted_hz:.0f} Hz or more."
+    ),
+    Code.LOW_SAMPLING_RATE: (
+        "{rate_hz:.4g} Hz is below the {required_hz:.0f} Hz of eq. 29: derivatives are distorted."
+    ),
+    Code.UNDETERMINED: {
+        "": "only a combination of {subject} is determined.",
+        "linear": "only a combination of {subject} is determined: record a wider sweep.",
+    },
+    Code.NOT_IDENTIFIABLE: _not_identifiable,
+    Code.BELOW_UNEXPLAINED: (
+        "{subject} bears {share_percent:.2g} % of the torque, and {left_percent:.2g} % of it are unexplained: it is "
+        "not identifiable before that is found."
+    ),
+    Code.LOW_EXCITATION: _low_excitation,
+    Code.STARTS_DISAGREE: (
+        "fits from different starts end at {subject} from {lowest:.4g} to {highest:.4g} and fit alike: record a wider "
+        "sweep or a larger amplitude."
+    ),
+    Code.NOT_PHYSICAL: "the fit has a negative inertia or stiffness: the model does not hold for this recording.",
+    Code.NEGATIVE_FRICTION: (
+        "{subject} comes out negative, {value:.3g} ± {two_std:.2g} {unit} (2σ): check the time stamps of effort and "
+        "position, and sign and scale of the effort."
+    ),
+    Code.CUTOFF_DEPENDENT: (
+        "{subject} depends on the filter: {there:.4g} at a cutoff of {cutoff_rad_s:.0f} rad/s, {here:.4g} at "
+        "{used_rad_s:.0f} rad/s. Something in that band is not in the model: run explain_gap."
+    ),
+    Code.MODEL_MISMATCH: LEAVES + ": run explain_gap to see what is missing.",
+    Code.STRUCTURED_RESIDUAL: (
+        "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: run explain_gap to see what "
+        "is missing."
+    ),
+    Code.CAUSE_SUSPECTED: (
+        "{subject} accounts best for what is left, and would move a parameter by up to {moved_stds:.1f} standard "
+        "deviations: run explain_gap, which tells whether it is there."
+    ),
+    Code.NOISE_UNKNOWN: (
+        "how large the noise is cannot be told from this recording: repeat the motion, or give two recordings of it."
+    ),
+    Code.VALIDATION_GAP: {
+        "short": "too short to keep a part that the fit does not see: record at least ten seconds of motion.",
+        "larger": (
+            "the error is {unseen_percent:.1f} % where the fit did not look, {error_percent:.1f} % overall: record "
+            "longer."
+        ),
+    },
+    Code.RIGID_AS_WELL: (
+        "a rigid joint explains it as well ({rigid_percent:.1f} against {sprung_percent:.1f} % of the torque left): "
+        "use --rigid, or sweep to higher frequencies for the spring."
+    ),
+    Code.MOTOR_EQUATION: {"determined": _motor_equation, "undetermined": _motor_equation_undetermined},
+    Code.X5_INCONSISTENT: (
+        "X5 contradicts the other six X by {sigmas:.1f} standard deviations: gravity and the link's Coulomb friction, "
+        "which eq. 18 leaves out, or noise bias K and JL. Use --method auto."
+    ),
+    Code.SIMPLIFIED_MODEL: (
+        "eq. 18 leaves out gravity and the link's Coulomb friction; K and JL may be far off. Use --method auto."
+    ),
+    Code.MODEL_IGNORED: "the model given is not used: linear least squares needs no start and knows no effects.",
+    Code.MODEL_AS_GIVEN: (
+        "the model as given leaves {given:.3g} {unit}; with its parameters identified again, which is the base here, "
+        "{refitted:.3g} {unit}."
+    ),
+    Code.BASE_NOT_DETERMINED: _base_not_determined,
+}

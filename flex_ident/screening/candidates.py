@@ -1,0 +1,135 @@
+"""What could be missing: each effect of the catalogue as it is tried on one recording."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from flex_ident.effects import CATALOGUE, Probe, Scales, effect_named
+from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
+from flex_ident.filtering import first_mode
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters import GRAVITY_KEYS
+from flex_ident.parameters.keys import effect_in, key_text
+from flex_ident.screening.anew import start_anew
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect at one size and shape, its parameters under their flat keys."""
+
+    effect: str
+    probe: Probe
+    anew: Mapping[str, float] = field(default_factory=dict)
+    """Values of all keys from which a fit may start as well, found without the base fit where this is far off."""
+
+    @property
+    def probes(self) -> tuple[Mapping[str, float], ...]:
+        """Alternatives of its flat keys, added to the base one at a time: each makes a column."""
+        return tuple({self._flat(k): v for k, v in column.items()} for column in self.probe.columns)
+
+    @property
+    def scaled(self) -> tuple[str, ...]:
+        """The flat keys that grow with the effect's size."""
+        return tuple(map(self._flat, self.probe.scaled))
+
+    @property
+    def replaces(self) -> str:
+        """The measurement key that the effect takes over from; empty for most."""
+        return effect_named(self.effect).replaces
+
+    @property
+    def plausible(self) -> float:
+        """By how much the probe is smaller than the largest effect that nobody would have overlooked."""
+        return PLAUSIBLE / SMOOTH_PROBE if self.probe.smooth else 1.0
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All flat keys of the effect."""
+        return tuple(self.probes[0])
+
+    @property
+    def side(self) -> str:
+        """`link` for the variant on the link's side, else empty."""
+        effect = effect_named(self.effect)
+        return "link" if any(effect.parameter(name).on_link for name in self.probe.columns[0]) else ""
+
+    def start(self, sizes: tuple[float, ...]) -> dict[str, float]:
+        """Values of the keys from which a fit starts, `sizes` being the linear estimates for each probe."""
+        return {self._flat(name): value for name, value in self.probe.start(sizes).items()}
+
+    def _flat(self, name: str) -> str:
+        return key_text(self.effect, name)
+
+
+def candidates(
+    problem: FitProblem, values: Mapping[str, float], *, effects: tuple[str, ...] = (), prismatic: bool = False
+) -> Iterator[Candidate]:
+    """Every candidate that makes sense for this problem and is not part of the model yet.
+
+    `effects` restricts the catalogue where it is not empty; what slides (`prismatic`) has no first moments.
+    """
+    scales = scales_of(problem, values, prismatic=prismatic)
+    present = set(map(effect_in, values))
+    for name, effect in CATALOGUE.items():
+        if name in present or (effects and name not in effects):
+            continue
+        if (effect.needs_spring and problem.rigid) or (effect.needs_link and problem.link is None):
+            continue
+        anew: Mapping[str, float] | None = None
+        for probe in effect.probes(scales):
+            anew = start_anew(effect, problem, values, scales) if anew is None else anew
+            yield Candidate(name, probe, anew)
+
+
+def scales_of(problem: FitProblem, values: Mapping[str, float], *, prismatic: bool = False) -> Scales:
+    """What sizes of effects are measured against, for one problem under the model as it stands."""
+    torque = float(np.std(problem.torque))
+    speed = float(np.sqrt(np.mean(problem.motion.velocity**2)))
+    spring = problem.link_response_of(values)
+    load = torque if spring is None else float(np.std(spring.spring_torque))
+    return Scales(
+        torque=torque,
+        speed=speed,
+        load=load,
+        deflection=1.0 if spring is None else load / values["K"],
+        travel=float(np.ptp(problem.motion.position)),
+        duration_s=float(problem.time[-1]),
+        sample_time_s=problem.recording.sample_time,
+        band_hz=problem.band_hz,
+        most_cycles=2.0 * math.pi * problem.cutoff_hz / speed,
+        recorded_torque=np.abs(problem.recording.motor_torque),
+        sides=("",) if problem.rigid else ("", "_link"),
+        model=values,
+        missing_moments=() if prismatic else tuple(k for k in GRAVITY_KEYS if k not in values),
+        link_mode=partial(_link_mode, problem, values),
+    )
+
+
+def _link_mode(problem: FitProblem, values: Mapping[str, float]) -> tuple[float, float] | None:
+    """Frequency, Hz, and inertia over the link's, of a mass that the link drags along; None without a link encoder.
+
+    Spring torque over link acceleration is an apparent inertia, as motor torque over motor acceleration is.
+    """
+    recording = problem.recording
+    if problem.link is None or recording.link_position is None:
+        return None
+    torque = values["K"] * (recording.motor_position - recording.link_position)
+    own = replace(recording, motor_position=recording.link_position, motor_torque=torque, link_position=None)
+    mode = first_mode(own)
+    if not mode.confidence > 0.1:
+        return None
+    return mode.frequency_hz, (mode.free_resonance_hz / mode.frequency_hz) ** 2 - 1.0
+
+
+def refined_candidates(candidate: Candidate) -> Iterator[Candidate]:
+    """Neighbours of a candidate in its shape, finer than the grid."""
+    name, steps = effect_named(candidate.effect).refined
+    probe = candidate.probe
+    for step in steps:
+        columns = tuple({**column, name: column[name] * (1.0 + step)} for column in probe.columns)
+        yield replace(candidate, probe=replace(probe, columns=columns))

@@ -1,0 +1,90 @@
+"""What a small transmission error changes, without simulating it: the link is linear for what is small.
+
+Its dry friction is left out: good enough to rank spatial frequencies, of which there are many; the best is simulated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from flex_ident.filtering.spectral import Complexes
+from flex_ident.likelihood.problem import FitProblem, terms_of
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import Term
+
+
+def transmission_error_change(
+    problem: FitProblem, values: Mapping[str, float], probe: Mapping[str, float]
+) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when the small transmission error in the flat keys of `probe` joins the model.
+
+    Equation 5 linearised about the motion; the motor bears the spring's torque by virtual work.
+    """
+    terms = terms_of(values, rigid=problem.rigid)
+    delay, skew = float(terms[Term.TORQUE_DELAY]), float(terms[Term.LINK_SKEW])
+    stiffness, damping = float(terms[Term.STIFFNESS]), float(terms[Term.SPRING_DAMPING])
+    inertia, viscous = float(terms[Term.LINK_INERTIA]), float(terms[Term.LINK_VISCOUS])
+    small = terms_of(probe, rigid=problem.rigid)
+
+    def link(omega: Floats) -> Complexes:
+        spring = stiffness + 1j * omega * damping
+        return np.asarray(spring / (spring - inertia * omega**2 + 1j * omega * viscous))
+
+    def torque(omega: Floats) -> Complexes:
+        late = np.exp(-1j * omega * delay)
+        return np.asarray((stiffness + 1j * omega * damping) * (1.0 - link(omega)) * late)
+
+    def position(omega: Floats) -> Complexes:
+        return np.asarray(link(omega) * np.exp(-1j * omega * skew))
+
+    amplitude, cycles = float(small[Term.KINEMATIC_ERROR]), float(small[Term.KINEMATIC_CYCLES])
+    angle = cycles * problem.motion.position + float(small[Term.KINEMATIC_PHASE])
+    error, slope = amplitude * np.sin(angle), amplitude * cycles * np.cos(angle)
+    moved = problem.link_response_of(values)
+    assert moved is not None
+    borne = problem.reduced(moved.spring_torque * slope, delay=delay)
+    changes = [-problem.reduced_through(error, torque) - borne]
+    if problem.link is not None:
+        changes.append(-problem.reduced_through(error, position))
+    return tuple(changes)
+
+
+def mount_change(
+    problem: FitProblem, values: Mapping[str, float], frequency_hz: float, ratio: float, inertia: float
+) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when the base on which the joint stands gives way.
+
+    The base, of `inertia` kg m^2 with the motor's, swings at `frequency_hz` with damping `ratio` under the joint's
+    reaction; positions are relative to it. Linear: the link's dry friction damps as its first harmonic does.
+    """
+    terms = terms_of(values, rigid=problem.rigid)
+    late = float(terms[Term.TORQUE_DELAY])
+    own = float(terms[Term.MOTOR_INERTIA])
+    reaction, dry = own * problem.motion.acceleration, 0.0
+    moved = problem.link_response_of(values)
+    if moved is not None:
+        reaction = reaction + moved.spring_torque
+        speed = math.sqrt(2.0) * float(np.std(moved.velocity)) + 1e-12
+        dry = 4.0 * float(terms[Term.LINK_COULOMB]) / (math.pi * speed)
+    natural = 2.0 * math.pi * frequency_hz
+    stiffness, link_inertia, viscous = (float(terms[t]) for t in (Term.STIFFNESS, Term.LINK_INERTIA, Term.LINK_VISCOUS))
+
+    def deflection(omega: Floats) -> Complexes:
+        if moved is None:
+            return np.zeros(omega.size, complex)
+        return np.asarray(link_inertia / (stiffness - link_inertia * omega**2 + 1j * omega * (viscous + dry)))
+
+    def acceleration(omega: Floats) -> Complexes:
+        alone = inertia * (natural**2 - omega**2 + 2j * ratio * natural * omega)
+        return np.asarray(omega**2 / (alone - omega**2 * stiffness * deflection(omega)))
+
+    def torque(omega: Floats) -> Complexes:
+        return np.asarray((own + stiffness * deflection(omega)) * acceleration(omega) * np.exp(-1j * omega * late))
+
+    changes = [-problem.reduced_through(reaction, torque)]
+    if problem.link is not None:
+        changes.append(problem.reduced_through(reaction, lambda omega: deflection(omega) * acceleration(omega)))
+    return tuple(changes)

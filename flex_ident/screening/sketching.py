@@ -1,0 +1,92 @@
+"""A rough refit with one more effect: what it promises once the whole model follows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from flex_ident.effects import key_named
+from flex_ident.likelihood.fit import Fit, key_bounds
+from flex_ident.likelihood.nuisances import model_priors
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.keys import effect_in
+from flex_ident.screening.candidates import Candidate
+from flex_ident.screening.scoring import Score
+
+SIZES = (1.0, 0.4, 0.12)
+"""Shares of the linear estimate of an effect's size from which the refit may start."""
+SKETCH = 2
+"""Iterations of a sketch."""
+
+
+def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
+    """Names of the effects among flat keys."""
+    return tuple(dict.fromkeys(e for e in map(effect_in, keys) if e is not None))
+
+
+def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:
+    """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
+    effects = (*effects_in(free), *(c.effect for c in added))
+    extended = SteadyFit(
+        solver.problem, priors=model_priors(solver.problem, effects, late_samples=1.0), marks=solver.marks
+    )
+    own = tuple(k for c in added for k in c.keys)
+    dropped = [c.replaces for c in added]
+    return extended, (*(k for k in free if k not in dropped and k not in own), *own)
+
+
+def sketched(solver: SteadyFit, fit: Fit, score: Score) -> Fit:
+    """A rough refit with a candidate: what it promises once the whole model follows. Raises ExcitationError."""
+    extended, keys = extended_solver(solver, fit.free, score.candidate)
+    starts = starts_of(solver, fit, score)
+    fits = [extended.solve(keys, s, fit.whitenings, iterations=SKETCH, tolerance=1e-3, rough=True) for s in starts]
+    return min(fits, key=lambda f: f.cost / _torque_energy(extended, f))
+
+
+def _torque_energy(solver: SteadyFit, fit: Fit) -> float:
+    """Sum of squares of the torque as measured under a model: a limit that clips all of it leaves no error either."""
+    torque = solver.problem.measured_torque(fit.values)[solver.problem.usable]
+    return float(torque @ torque)
+
+
+def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Mapping[str, float]]:
+    """Where a refit may start: near the fit without the candidate and, if that is far off, from anew."""
+    near = best_start(solver, fit, score)
+    return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
+
+
+def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
+    """Where a refit starts: the effect at the linear estimate or less, the model following it."""
+    candidate = score.candidate
+    solver, _ = extended_solver(solver, fit.free, candidate)
+    whole = candidate.start(score.sizes)
+    dropped = candidate.replaces
+    kept = [i for i, k in enumerate(fit.free) if k != dropped and k not in fit.at_bound]
+    jacobian = fit.jacobian[:, kept]
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    options: list[dict[str, float]] = []
+    for size in SIZES:
+        values = {**fit.values, **{k: v * size if k in candidate.scaled else v for k, v in whole.items()}}
+        if dropped:
+            values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
+            values[dropped] = 0.0
+        options.append(values)
+    residuals = solver.whitened_residuals(options, fit.whitenings)
+    finite = [(v, r) for v, r in zip(options, residuals, strict=True) if np.isfinite(r).all()]
+    followed: list[dict[str, float]] = []
+    for values, residual in finite:
+        step = np.linalg.lstsq(jacobian / scale, -residual, rcond=1e-6)[0] / scale
+        moved = dict(values)
+        for i, change in zip(kept, step, strict=True):
+            key = fit.free[i]
+            now = values[key] + float(change)
+            low, high = key_bounds(key, solver.priors)
+            if key_named(key).logarithmic:
+                now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
+            moved[key] = float(np.clip(now, low, high))
+        followed.append(moved)
+    tried_out = [*finite, *zip(followed, solver.whitened_residuals(followed, fit.whitenings), strict=True)]
+    costs = [(float(r @ r), i) for i, (_, r) in enumerate(tried_out) if np.isfinite(r).all()]
+    return tried_out[min(costs)[1]][0] if costs else {**fit.values, **whole}

@@ -1,0 +1,36 @@
+"""Levenberg and Marquardt within bounds against scipy's solvers."""
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+from flex_ident.likelihood.minimising import bounded_minimum
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_linear_problem_within_bounds_as_scipy_solves_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    matrix, target = rng.normal(size=(40, 6)), rng.normal(size=40)
+    lower, upper = -0.1 * np.ones(6), 0.05 * np.ones(6)
+    x, rest, slope, _ = bounded_minimum(
+        lambda v: matrix @ v - target, lambda _v: matrix, np.zeros(6), lower, upper, iterations=20, tolerance=1e-14
+    )
+    expected = optimize.lsq_linear(matrix, target, (lower, upper)).x
+    np.testing.assert_allclose(x, expected, atol=1e-4)
+    np.testing.assert_allclose(rest, matrix @ x - target)
+    assert slope is not None
+
+
+def test_curved_valley_is_followed_to_its_end() -> None:
+    def residual(v: np.ndarray) -> np.ndarray:
+        return np.array([10.0 * (v[1] - v[0] ** 2), 1.0 - v[0]])
+
+    def jacobian(v: np.ndarray) -> np.ndarray:
+        return np.array([[-20.0 * v[0], 10.0], [-1.0, 0.0]])
+
+    free = np.full(2, np.inf)
+    x, _, _, converged = bounded_minimum(
+        residual, jacobian, np.array([-1.2, 1.0]), -free, free, iterations=60, tolerance=1e-15
+    )  # fmt: skip
+    np.testing.assert_allclose(x, [1.0, 1.0], atol=1e-6)
+    assert converged
