@@ -11,6 +11,7 @@ from flex_ident.errors import ExcitationError
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
+from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
@@ -33,6 +34,9 @@ LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), (10, 1e-6))
 """Iterations, and share of the cost saved at which a round ends."""
+FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
+"""First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
+STATE_STEP, STATE_ITERATIONS = 1e-4, 10
 
 
 @dataclass(frozen=True)
@@ -142,6 +146,7 @@ def base_fit(
         done += 1
         if progress is not None:
             progress(done / rounds)
+    values = _settled(problem, values, priors)
     solver = SteadyFit(problem, priors=priors, local=True)
     fit: Fit | None = None
     for iterations, tolerance in ROUNDS:
@@ -154,6 +159,34 @@ def base_fit(
             progress(done / rounds)
     assert fit is not None
     return solver, fit
+
+
+def _settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[str, Prior]) -> Mapping[str, float]:
+    """The values with the link's state at the start from the first seconds alone, where it is in doubt there.
+
+    Stretches that the model leaves badly weigh little, and the first would never be mended otherwise.
+    """
+    keys = [k for k in ("initial_deflection", "initial_velocity") if k in priors]
+    rows = problem.usable & (problem.time < FIRST_S)
+    if not keys or rows.sum() < FEWEST_ROWS:
+        return values
+    left = problem.residuals(values)[0]
+    if float(np.std(left[rows])) < UNSETTLED * float(np.std(left[problem.usable & ~rows])):
+        return values
+    scale = np.array([priors[k].std for k in keys])
+
+    def residual(x: Floats) -> Floats:
+        moved = {**values, **dict(zip(keys, map(float, x * scale), strict=True))}
+        return np.nan_to_num(problem.residuals(moved)[0][rows], nan=1e6)
+
+    def jacobian(x: Floats) -> Floats:
+        here = residual(x)
+        return np.column_stack([(residual(x + STATE_STEP * e) - here) / STATE_STEP for e in np.eye(len(keys))])
+
+    start = np.array([values.get(k, 0.0) for k in keys]) / scale
+    lower, upper = (np.array([getattr(priors[k], side) for k in keys]) / scale for side in ("lower", "upper"))
+    found, *_ = bounded_minimum(residual, jacobian, start, lower, upper, iterations=STATE_ITERATIONS, tolerance=1e-3)
+    return {**values, **dict(zip(keys, map(float, found * scale), strict=True))}
 
 
 def _refuse_runaway(problem: FitProblem, values: Mapping[str, float]) -> None:

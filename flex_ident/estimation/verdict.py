@@ -31,7 +31,7 @@ EFFECT_LIMIT = 0.01
 SAMPLES_A_PERIOD = 10.0
 """Samples in a period of the locked-motor frequency under which a result is doubtful."""
 
-MOVED = 1.0
+MOVED = 3.0
 """Standard deviations by which an effect that the recording shows must move a parameter to make the result doubtful."""
 
 Objection = tuple[Verdict, Notice | None]

@@ -20,6 +20,8 @@ from flex_ident.recording import Floats
 NOISE_SHARE = 0.05
 """Noise of the velocity that a cutoff may let through, relative to the speed around."""
 CUTOFF_RATIO = 1.6
+UNSURE = (0.5 * math.pi) ** 0.5
+"""Standard deviations of a velocity over which its mean sign turns over: the slope of erf(v / sqrt 2) at zero."""
 SPEED_WINDOW_S = 0.5
 
 
@@ -53,7 +55,7 @@ def sharp_velocity(position: Floats, sample_rate_hz: float, *, lowest_hz: float)
     noise = float(np.std((position - smooth)[10:-10]))
     window = max(3, round(SPEED_WINDOW_S * rate))
     speed = np.sqrt(2.0 * np.maximum(ndimage.uniform_filter1d(velocity**2, window), 0.0))
-    width = 2.0 * velocity_noise(noise, lowest_hz, rate) * np.ones(n)
+    width = UNSURE * velocity_noise(noise, lowest_hz, rate) * np.ones(n)
     sharpest = velocity
     cutoff = CUTOFF_RATIO * lowest_hz
     while cutoff < 0.45 * rate:
@@ -63,7 +65,7 @@ def sharp_velocity(position: Floats, sample_rate_hz: float, *, lowest_hz: float)
             break
         (sharper,) = SpectralFilter(n, rate, cutoff)(position, (1,))
         sharpest = np.where(fast, sharper, sharpest)
-        width = np.where(fast, 2.0 * spread, width)
+        width = np.where(fast, UNSURE * spread, width)
         cutoff *= CUTOFF_RATIO
     width = np.maximum(width, np.maximum(0.5 * np.abs(acceleration) / rate, 1e-12))
     return SharpVelocity(sharpest, width)

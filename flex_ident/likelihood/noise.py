@@ -61,10 +61,8 @@ ABOVE = (1.3, 3.0)
 """Where the noise above the motion is taken, in cutoffs of the comparison's low-pass."""
 WIDE_ENOUGH = 1.2
 """Upper over lower end of that range from which it holds enough to judge by."""
-QUIET_POWER = 30.0
-"""Torque's power over the steady noise under which a cell of time and frequency holds no motion."""
-QUIET_SHARE = 0.35
-"""Share of the cells that must be quiet for the steady noise to come from them: a little over `QUANTILE`."""
+QUIET_RATIO = 1.5
+"""Steady part of the torque over that of what the model leaves up to which both are taken from cells without motion."""
 
 
 def noise_above_band(problem: FitProblem) -> float | None:
@@ -85,16 +83,10 @@ def noise_above_band(problem: FitProblem) -> float | None:
     return math.sqrt(level * float(np.mean(passed)))
 
 
-def quiet_share(problem: FitProblem, residual: Floats) -> float:
-    """Share of the cells of time and frequency within the band that hold no motion: there noise can be seen."""
-    size = max(16, 2 * round(0.5 * SEGMENT_S * problem.rate_hz))
-    if residual.size < 8 * size:
-        return 0.0
-    level = noise_spectrum(residual, problem.usable, problem.rate_hz)
-    power = _powers(problem.torque, np.ones(residual.size, bool), size)
-    frequency = np.fft.rfftfreq(size, 1.0 / problem.rate_hz)
-    inside = (frequency > 2.0 / SEGMENT_S) & (frequency < problem.band_hz)
-    return float(np.mean(power[:, inside] < QUIET_POWER * level[inside])) if inside.any() else 0.0
+def is_quiet(problem: FitProblem, steady: float) -> bool:
+    """Whether at each frequency a third of the recording holds no motion, so that the steady part, N m rms, of what a
+    model leaves is noise: the torque's own steady part is then no larger."""
+    return noise_floor(problem.torque, problem.usable, problem.rate_hz) < QUIET_RATIO * steady
 
 
 def _powers(signal: Floats, usable: NDArray[np.bool_], size: int) -> Floats:

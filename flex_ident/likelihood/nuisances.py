@@ -48,8 +48,8 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
             moved = problem.motion.position[:: problem.decimation] - problem.link
             spread, widest = float(np.std(moved[problem.usable])) + 1e-9, 4.0
         priors["initial_deflection"] = Prior(0.0, spread, -widest * spread, widest * spread)
-        start = 0.02 * speed + 1e-9
-        priors["initial_velocity"] = Prior(0.0, start, -20.0 * start, 20.0 * start)
+        start = speed + 1e-9
+        priors["initial_velocity"] = Prior(0.0, start, -10.0 * start, 10.0 * start)
     if problem.link is not None:
         far = 10.0 * reach + 10.0
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)

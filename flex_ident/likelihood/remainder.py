@@ -11,19 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.noise import QUIET_SHARE, noise_above_band, noise_floor, quiet_share
+from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor
 from flex_ident.likelihood.repeats import Repeats, repeated
+from flex_ident.likelihood.reversals import stuck
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
 
-OWN_ERROR = 0.001
+OWN_ERROR = 0.003
 """Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
-OWN_ERROR_AT_REVERSALS = 0.03
+OWN_ERROR_AT_REVERSALS = 0.05
 """Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
 STANDSTILL = 0.05
 """Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
-STRUCTURE = 1.12
+STRUCTURE = 1.2
 """Gap over the noise floor from which what is left counts as structure."""
+LEAST_KNOWN = 0.2
+"""Share of the samples that must be left when those at which the motor sticks are not counted."""
 Evidence = Literal["repeats", "above_band", "quiet", "none"]
 """What tells the noise from the gap: what does not repeat, what lies above the motion, quiet cells, nothing."""
 
@@ -47,11 +50,15 @@ class Remainder:
 def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = None) -> Remainder:
     """What that fit leaves at the rows (m,) of `where`, or all that are usable.
 
-    Friction at standstill, which no model can know, counts as noise, as far as there is so much dry friction.
+    Where the motor sticks, friction is what no model can know: such samples are not counted. At its reversals that is
+    noise, as far as there is so much dry friction.
     """
     problem = solver.problem
     rows = problem.usable
     shown = rows if where is None else where
+    known = shown & ~stuck(problem)
+    if np.count_nonzero(known) > LEAST_KNOWN * np.count_nonzero(shown):
+        shown = known
     residual = problem.residuals(fit.values)[0]
     standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
     noise, evidence, repeats = _noise(solver, residual - standstill)
@@ -71,7 +78,7 @@ def _noise(solver: SteadyFit, residual: Floats) -> tuple[float, Evidence, Repeat
     above = noise_above_band(problem)
     if above is not None:
         return min(steady, above), "above_band", None
-    return steady, "quiet" if quiet_share(problem, residual) > QUIET_SHARE else "none", None
+    return steady, "quiet" if is_quiet(problem, steady) else "none", None
 
 
 def _coulomb(values: Mapping[str, float]) -> float:

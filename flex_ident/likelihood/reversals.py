@@ -63,20 +63,37 @@ def dry_friction(values: Mapping[str, float]) -> float:
     return standstill_friction(terms_of(values, rigid="J" in values))
 
 
-def standstills(problem: FitProblem) -> list[tuple[int, int]]:
-    """Stretches (first, last + 1) of the recording's samples in which the direction of motion is unknown."""
+def _stretches(problem: FitProblem) -> NDArray[np.int64]:
+    """First and last + 1 (k, 2) of the recording's samples in which the direction of motion is unknown."""
     motion, rate = problem.motion, problem.recording.sample_rate_hz
     around = ndimage.maximum_filter1d(np.abs(motion.acceleration), 2 * round(AROUND_S * rate) + 1)
     rounded = ROUNDING * around / (2.0 * np.pi * DRIVE_MARGIN * problem.band_hz)
     still = np.abs(motion.velocity) < np.maximum(STANDSTILL * problem.resolution, rounded)
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], still.astype(np.int8), [0]))))
-    longest = max(1, round(0.5 * rate / problem.cutoff_hz))
+    return np.flatnonzero(np.diff(np.concatenate(([0], still.astype(np.int8), [0])))).reshape(-1, 2)
+
+
+def standstills(problem: FitProblem) -> list[tuple[int, int]]:
+    """Stretches (first, last + 1) of the recording's samples in which the direction of motion is unknown.
+
+    A long one is cut into pieces that the comparison's low-pass can tell apart.
+    """
+    longest = max(1, round(0.5 * problem.recording.sample_rate_hz / problem.cutoff_hz))
     pieces = []
-    for first, last in edges.reshape(-1, 2):
+    for first, last in _stretches(problem):
         count = max(1, round((last - first) / longest))
         cuts = np.linspace(first, last, count + 1).round().astype(int)
         pieces += [(int(a), int(b)) for a, b in pairwise(cuts) if b > a]
     return pieces
+
+
+def stuck(problem: FitProblem) -> NDArray[np.bool_]:
+    """Where (m,) the motor stands still for over a period of the cutoff, and around: friction is unknown there."""
+    reach = problem.recording.sample_rate_hz / problem.cutoff_hz
+    marked = np.zeros(problem.recording.motor_position.size, bool)
+    for first, last in _stretches(problem):
+        if last - first > reach:
+            marked[max(0, int(first - REACH_PERIODS * reach)) : int(last + REACH_PERIODS * reach) + 1] = True
+    return marked[:: problem.decimation]
 
 
 def friction_marks(problem: FitProblem) -> tuple[Mark, ...]:

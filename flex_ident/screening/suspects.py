@@ -131,6 +131,8 @@ def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainde
         covariance += np.outer(moved, moved)
     unexplained = unexplained_gap(found, left)
     factor = 1.0
+    if left.evidence == "none":
+        factor = NO_CAUSE
     if left.structured(unexplained) and left.floor > 0.0:
         accounted = (left.gap**2 - unexplained**2) / max(left.gap**2 - left.floor**2, 1e-300)
         factor = unexplained / left.floor * (NO_CAUSE if accounted < 0.5 else 1.0)

@@ -14,7 +14,6 @@ from flex_ident.effects import CATALOGUE, Effect, EffectParameter, key_named, tr
 from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.effects.starting import Scans, Start
 from flex_ident.estimation.estimate import fit_problem
-from flex_ident.gap import GapOptions
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.parameters.prior import Prior
@@ -128,5 +127,5 @@ def test_a_start_that_finds_nothing_is_none(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setitem(CATALOGUE, "made_up", replace(MADE_UP, start=lambda _: None))
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=8.0, sample_rate_hz=500.0))
     problem = fit_problem(recording, sensors="motor")
-    (tried,) = (c for c in candidates(problem, COBOT_JOINT.parameters, GapOptions(effects=("made_up",))))
+    (tried,) = (c for c in candidates(problem, COBOT_JOINT.parameters, effects=("made_up",)))
     assert tried.anew == {}

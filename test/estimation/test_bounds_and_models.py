@@ -17,14 +17,14 @@ CHAIN = MeasurementChain.with_bits(20, 20, torque_noise=0.01)
 
 
 def test_a_parameter_at_its_bound_has_an_interval_on_the_other_side() -> None:
-    model = JointModel({**COBOT_JOINT.parameters, "FS": 0.03, "FV": 0.05})
+    model = JointModel({**COBOT_JOINT.parameters, "FS": 0.03, "FV": 0.0})
     met = 0
     for seed in (1, 2, 3):
         experiment = Experiment(duration_s=12.0, sample_rate_hz=500.0)
         recording = virtual_recording(model, experiment, MeasurementChain(torque_noise=0.02), seed=seed, link=False)
         p = identify(recording, IdentifyOptions(sensors="motor")).parameter("FV")
         low, high = p.interval
-        assert low < 0.05 < high
+        assert low <= 0.0 < high
         met += p.at_bound
         assert not p.at_bound or low == p.value
     assert met > 0

@@ -8,7 +8,7 @@ import pytest
 from flex_ident.effects.backlash import dead_band_start
 from flex_ident.effects.time_delay import delay_scanned_start
 from flex_ident.estimation.estimate import fit_problem
-from flex_ident.gap import GapOptions, explain
+from flex_ident.gap import explain
 from flex_ident.screening.anew import FitScans
 from flex_ident.screening.candidates import scales_of
 from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
@@ -26,7 +26,7 @@ def scans(joint: str, effect: str, *, link: bool, **parameters: float) -> FitSca
     recording = recorded(joint, effect, link=link, **parameters)
     problem = fit_problem(recording, sensors="motor+link" if link else "motor")
     values = dict(JOINTS[joint].parameters)
-    return FitScans(problem, values, scales_of(problem, values, GapOptions()))
+    return FitScans(problem, values, scales_of(problem, values))
 
 
 @pytest.mark.parametrize("delay", [-8e-3, 8e-3])

@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from xml.sax.saxutils import quoteattr
 
+from flex_ident.effects import CATALOGUE
+from flex_ident.parameters.keys import key_text
 from flex_ident.report.export.remarks import remarks
 from flex_ident.report.stored import StoredResult
-from flex_ident.simulation.terms import GRAVITY
+from flex_ident.simulation.terms import GRAVITY, Term
 
 ROTOR_SHARE = 1e-6
 """Inertia of the rotor's body over its armature: MuJoCo wants a mass and an inertia of every body that moves."""
 STEPS_PER_PERIOD = 40.0
 """Time steps in a period of the free resonance."""
 LONGEST_STEP_S = 1e-3
-GRAVITY_EFFECTS = ("gravity.MX", "gravity.MY")
-TENDON_EFFECTS = ("backlash.gap", "joint_damping.damping")
-"""Effects that the MuJoCo model holds; others are named as left out."""
+LINK_TERMS = (Term.GRAVITY_COS, Term.GRAVITY_SIN)
+TENDON_TERMS = (Term.HALF_GAP, Term.SPRING_DAMPING)
+"""Terms that the MuJoCo model holds; effects that add to others are named as left out."""
 
 
 def written(result: StoredResult) -> str:
@@ -47,7 +49,7 @@ def written(result: StoredResult) -> str:
     if not result.determines("offset"):
         texts.append("The motor has no constant force here: the recording does not determine it.")
     constant = f' biastype="affine" biasprm="{-offset:.9g} 0 0"' if offset else ""
-    held = (*GRAVITY_EFFECTS, *(() if rigid else TENDON_EFFECTS))
+    held = tuple(key for term in (*LINK_TERMS, *(() if rigid else TENDON_TERMS)) for key in _adding_to(term))
     return (
         f"{remarks(result, *texts, held=held)}\n"
         f"<mujoco model={quoteattr(result.joint)}>\n"
@@ -59,6 +61,17 @@ def written(result: StoredResult) -> str:
         f"  </actuator>\n"
         f"</mujoco>"
     )
+
+
+def _adding_to(term: Term) -> dict[str, float]:
+    """Keys of the effects' parameters that add to a term, and the factor of each."""
+    every = ((effect.name, p) for effect in CATALOGUE.values() for p in effect.parameters)
+    return {key_text(effect, p.name): p.factor for effect, p in every if p.term is term}
+
+
+def _term(result: StoredResult, term: Term, *, lowest: float = -math.inf) -> float:
+    """What the effects of a result add to a term, each at least `lowest`."""
+    return sum(factor * result.number(key, lowest=lowest) for key, factor in _adding_to(term).items())
 
 
 def _free_resonance_hz(result: StoredResult) -> float:
@@ -83,7 +96,8 @@ def _link_body(result: StoredResult, name: str, inertia: float, step: float) -> 
     if result.slides:
         kind, mass = 'type="slide" axis="1 0 0"', inertia
     else:
-        mx, my = (result.number(k) + result.number(f"gravity.{k}") for k in ("MX", "MY"))
+        mx = result.number("MX") + _term(result, Term.GRAVITY_COS) / GRAVITY
+        my = result.number("MY") + _term(result, Term.GRAVITY_SIN) / GRAVITY
         moment = math.hypot(mx, my)
         if moment > 0.0:
             mass = 2.0 * moment**2 / inertia
@@ -115,8 +129,8 @@ def _rotor_body(result: StoredResult, name: str, step: float) -> str:
 
 def _spring(result: StoredResult, link: str, motor: str) -> str:
     """The spring as a fixed tendon from link to rotor; its dead band is the backlash."""
-    half = 0.5 * result.number("backlash.gap", lowest=0.0)
-    damping = result.number("joint_damping.damping", lowest=0.0)
+    half = _term(result, Term.HALF_GAP, lowest=0.0)
+    damping = _term(result, Term.SPRING_DAMPING, lowest=0.0)
     return (
         f"  <tendon>\n"
         f'    <fixed name={quoteattr(link + "_spring")} stiffness="{result.positive("K"):.9g}" '

@@ -1,0 +1,78 @@
+"""What the noise is known from, on noise of a known size and colour."""
+
+import numpy as np
+import pytest
+from made_up import CUTOFF, RATE, TIME, problem, reduced, white
+from scipy.signal import chirp, lfilter
+
+from flex_ident.likelihood.noise import noise_above_band, noise_floor, noise_whitening, quiet_share
+
+MOTION = 200.0 * chirp(TIME, 0.1, TIME[-1], 0.8 * CUTOFF, "logarithmic")
+COLOURS = {
+    "white": ([1.0], [1.0]),
+    "falling": ([0.03], [1.0, -0.97]),
+    "rising": ([1.0, -0.97], [1.0]),
+}
+
+
+def coloured(colour: str, seed: int = 1) -> np.ndarray:
+    b, a = COLOURS[colour]
+    return np.asarray(lfilter(b, a, white(seed)))
+
+
+@pytest.mark.parametrize("motion", [0.0, 1.0])
+@pytest.mark.parametrize("size", [0.2, 4.0])
+def test_white_noise_above_the_motion_tells_that_below(motion: float, size: float) -> None:
+    found = noise_above_band(problem(motion * MOTION + size * white()))
+    assert found == pytest.approx(size * float(np.std(reduced(white()))), rel=0.08)
+
+
+def test_falling_noise_is_said_too_small_and_rising_noise_too_large() -> None:
+    ratio = {}
+    for colour in COLOURS:
+        noise = coloured(colour)
+        found = noise_above_band(problem(MOTION + noise))
+        assert found is not None
+        ratio[colour] = found / float(np.std(reduced(noise)))
+    assert ratio["white"] == pytest.approx(1.0, rel=0.08)
+    assert ratio["falling"] < 0.6
+    assert ratio["rising"] > 1.7
+
+
+@pytest.mark.parametrize(("rate_hz", "known"), [(1000.0, True), (100.0, True), (80.0, False), (66.0, False)])
+def test_a_rate_without_room_above_the_band_tells_nothing(rate_hz: float, known: bool) -> None:
+    slow = problem(white(size=8000), rate_hz=rate_hz, decimation=1)
+    assert (noise_above_band(slow) is not None) is known
+
+
+def test_a_short_recording_tells_nothing() -> None:
+    assert noise_above_band(problem(white(size=7000))) is None
+
+
+@pytest.mark.parametrize("colour", list(COLOURS))
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_the_steady_part_is_the_noise_though_errors_come_and_go(colour: str, share: float) -> None:
+    noise = reduced(coloured(colour))
+    time = np.arange(noise.size) * 10.0 / RATE
+    error = 6.0 * float(np.std(noise)) * np.sin(2.0 * np.pi * 9.0 * time) * (np.mod(time, 10.0) < 10.0 * share)
+    rows = np.ones(noise.size, bool)
+    floor = noise_floor(noise + error, rows, RATE / 10.0)
+    assert floor == pytest.approx(float(np.std(noise)), rel=0.2 if share == 0.0 else 0.4)
+    assert share == 0.0 or floor < 0.5 * float(np.std(noise + error))
+
+
+@pytest.mark.parametrize("colour", list(COLOURS))
+def test_whitened_noise_has_unit_variance_and_no_memory(colour: str) -> None:
+    noise = reduced(coloured(colour), 12)
+    whitened = noise_whitening(noise, np.ones(noise.size, bool), RATE / 12.0, 30)(noise)[100:-100]
+    assert float(np.std(whitened)) == pytest.approx(1.0, rel=0.08)
+    for lag in (1, 2, 5):
+        assert abs(float(np.corrcoef(whitened[lag:], whitened[:-lag])[0, 1])) < 0.12
+
+
+@pytest.mark.parametrize(("moving", "share"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
+def test_quiet_share_is_that_of_cells_without_motion(moving: float, share: float) -> None:
+    noise = white()
+    loud = 300.0 * white(5) * (moving * TIME[-1] > TIME)
+    made = problem(noise + loud)
+    assert quiet_share(made, reduced(noise)) == pytest.approx(share, abs=0.05)

@@ -1,0 +1,93 @@
+"""More than noise, or not: the rule on made-up residuals, and what the noise is known from."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from made_up import RATE, TIME, problem, reduced, white
+
+from flex_ident.likelihood.remainder import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STANDSTILL, Remainder, remainder
+
+MOTION = 50.0 * white(7)
+"""A torque in which every cell of time and frequency holds motion, above the band too where it is not filtered."""
+
+
+def left(made: Any, values: dict[str, float] | None = None, standstill: float = 0.0) -> Remainder:
+    """The remainder of a fit of a made-up problem, with `standstill`, N m, of friction in every sample."""
+    solver: Any = SimpleNamespace(
+        problem=made, whitenings=lambda _values: (None,),
+        standstill_friction=lambda residual, _whitening: np.full_like(residual, standstill),
+    )  # fmt: skip
+    fit: Any = SimpleNamespace(values=values or {})
+    return remainder(solver, fit)
+
+
+@pytest.mark.parametrize(
+    ("gap", "floor", "own_error", "structured"),
+    [
+        (1.00, 1.0, 0.0, False),
+        (1.11, 1.0, 0.0, False),
+        (1.13, 1.0, 0.0, True),
+        (1.13, 1.0, 0.6, False),  # sqrt(1.13^2 - 1) = 0.53
+        (1.13, 1.0, 0.5, True),
+        (0.40, 1.0, 0.0, False),
+        (0.30, 0.0, 0.2, True),
+        (0.10, 0.0, 0.2, False),
+    ],
+)
+def test_more_than_noise_and_more_than_the_methods_own_error(
+    gap: float, floor: float, own_error: float, structured: bool
+) -> None:
+    assert Remainder(np.zeros(1), gap, floor, own_error, None, "quiet").structured(gap) is structured
+
+
+def test_noise_alone_is_not_structure_and_a_steady_tone_is() -> None:
+    """A tone that never stops is in the steady part of what is left: only the noise above the band tells."""
+    noise = white()
+    tone = np.sin(2.0 * np.pi * 7.0 * TIME)
+    for added, structured in ((0.0, False), (0.5, True)):
+        found = left(problem(noise, residual=reduced(noise + added * tone)))
+        assert found.evidence == "above_band"
+        assert found.floor == pytest.approx(float(np.std(reduced(noise))), rel=0.1)
+        assert found.gap == pytest.approx(float(np.std(reduced(noise + added * tone))), rel=1e-3)
+        assert found.structured(found.gap) is structured
+
+
+def test_what_does_not_repeat_is_the_noise() -> None:
+    period = TIME.size // 2
+    position = np.tile(np.cumsum(white(3, period)), 2)
+    position -= position[0]
+    noise, error = 0.3 * white(), np.tile(np.sin(2.0 * np.pi * 5.0 * TIME[:period]), 2)
+    found = left(problem(MOTION, position, residual=reduced(noise + error)))
+    assert found.evidence == "repeats"
+    assert found.repeats is not None
+    assert found.repeats.period_s == pytest.approx(period / RATE)
+    assert found.floor == pytest.approx(float(np.std(reduced(noise))), rel=0.1)
+    assert found.repeats.repeatable == pytest.approx(0.5**0.5, rel=0.05)
+    assert found.structured(found.gap)
+
+
+@pytest.mark.parametrize(("moving", "evidence"), [(0.4, "quiet"), (1.0, "none")])
+def test_without_repeats_and_without_room_above_only_quiet_cells_tell(moving: float, evidence: str) -> None:
+    size = 4000
+    noise = white(size=size)
+    torque = noise + 300.0 * white(5, size) * (np.arange(size) < moving * size)
+    assert left(problem(torque, rate_hz=70.0, decimation=1, residual=noise)).evidence == evidence
+
+
+def test_standstill_hides_no_more_than_a_share_of_the_dry_friction() -> None:
+    values = {"FSm": 6.0, "FS": 1.0}
+    quiet = problem(white(), residual=reduced(white()))
+    noise = left(quiet, values).floor
+    for standstill, hidden in ((0.1, 0.1), (5.0, STANDSTILL * 7.0)):
+        shown = problem(white(), residual=reduced(white()) + standstill)
+        assert left(shown, values, standstill).floor == pytest.approx(np.hypot(noise, hidden), rel=1e-6)
+
+
+def test_own_error_is_a_share_of_torque_and_of_dry_friction() -> None:
+    made = problem(MOTION, residual=reduced(white()))
+    torque = float(np.sqrt(np.mean(made.torque**2)))
+    assert left(made).own_error == pytest.approx(OWN_ERROR * torque)
+    dry = left(made, {"FSm": 6.0, "FS": 1.0}).own_error
+    assert dry == pytest.approx(np.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * 7.0))
