@@ -271,7 +271,7 @@ def fuzz_file(case: int, folder: Path, outcome: Outcome) -> None:
 
         read_joint_model(file)
     else:
-        from flex_ident.commands.results import stored_result
+        from flex_ident.report.stored import stored_result
 
         stored_result(file)
     outcome.ending = "read"
