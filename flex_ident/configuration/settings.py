@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.recording.names import shortened
 
 Value = str | float | bool
 
@@ -46,7 +47,7 @@ class Setting:
 
     def checked(self, value: object, where: str) -> Value:
         """`value` in the setting's type. Raises ConfigurationError that names `where` and what is allowed."""
-        problem = ConfigurationError(f"{where}: {self.key} is {value!r}: expected {self.range_text}.")
+        problem = ConfigurationError(f"{where}: {self.key} is {shortened(value)}: expected {self.range_text}.")
         if isinstance(self.default, bool):
             if not isinstance(value, bool):
                 raise problem
