@@ -74,4 +74,4 @@ def test_whitened_noise_has_unit_variance_and_no_memory(colour: str) -> None:
 def test_recording_is_quiet_where_most_of_it_holds_no_motion(moving: float, quiet: bool) -> None:
     noise = reduced(white())
     steady = noise_floor(noise, np.ones(noise.size, bool), RATE / 10.0)
-    assert is_quiet(problem(white() + 300.0 * white(5) * (TIME < moving * TIME[-1])), steady) is quiet
+    assert is_quiet(problem(white() + 300.0 * white(5) * (moving * TIME[-1] > TIME)), steady) is quiet
