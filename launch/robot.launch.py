@@ -13,7 +13,8 @@ from launch_ros.actions import Node
 
 
 def _nodes(context):
-    joint, config, recordings = (context.launch_configurations[k] for k in ("joint", "config", "recordings"))
+    given = (context.launch_configurations[k] for k in ("joint", "config", "recordings", "namespace"))
+    joint, config, recordings, namespace = given
     shipped = Path(get_package_share_directory("flex_ident")) / "config"
     exciter = Path(config).expanduser() if config.endswith(".yaml") else shipped / f"{config}.yaml"
     if not exciter.is_file():
@@ -21,12 +22,12 @@ def _nodes(context):
         raise RuntimeError(f"config {config}: no such file; one of {known}, or the path of your own .yaml.")
     return [
         Node(
-            package="flex_ident", executable="chirp_exciter", output="screen",
+            package="flex_ident", executable="chirp_exciter", namespace=namespace, output="screen",
             parameters=[str(exciter), {"joint": joint, "auto_start": False, "exit_when_done": False,
                                        "recording.directory": recordings}],
         ),
         Node(
-            package="flex_ident", executable="identifier", output="screen",
+            package="flex_ident", executable="identifier", namespace=namespace, output="screen",
             parameters=[str(shipped / "identifier.yaml"), {"joint": joint, "bag_directories": [recordings]}],
         ),
     ]  # fmt: skip
@@ -42,6 +43,9 @@ def generate_launch_description():
         ),
         DeclareLaunchArgument(
             "recordings", default_value="flex_ident_recordings", description="where bags are written and read"
+        ),
+        DeclareLaunchArgument(
+            "namespace", default_value="", description="the robot's namespace: all topics and nodes are taken below it"
         ),
         OpaqueFunction(function=_nodes),
     ])  # fmt: skip

@@ -35,7 +35,7 @@ FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), (10, 1e-6))
 """Iterations, and share of the cost saved at which a round ends."""
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
-"""First seconds of a recording; by how much worse than the rest they are where the start is in doubt; samples needed."""
+"""First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
 STATE_STEP, STATE_ITERATIONS = 1e-4, 10
 
 

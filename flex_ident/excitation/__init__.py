@@ -2,9 +2,10 @@
 
 from flex_ident.excitation.chirp import ChirpSettings, Reference, chirp_reference
 from flex_ident.excitation.commands import Gains
-from flex_ident.excitation.exciter import Exciter, Output
+from flex_ident.excitation.exciter import Exciter
 from flex_ident.excitation.joint_states import JointSample
 from flex_ident.excitation.limits import Limits
+from flex_ident.excitation.output import Output
 from flex_ident.excitation.settings import ExciterSettings
 
 __all__ = [

@@ -7,21 +7,20 @@ the commanded position and speed stay inside the limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.excitation.chirp import Reference
+from flex_ident.excitation.command_stream import RELEASE_S, CommandStream
 from flex_ident.excitation.commands import CommandLaw
 from flex_ident.excitation.following import Following
 from flex_ident.excitation.joint_states import JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, Travel, braking, travel
 from flex_ident.excitation.objections import STILL, start_objection
+from flex_ident.excitation.output import MOVING, Output, State
 from flex_ident.excitation.settings import ExciterSettings
+from flex_ident.excitation.turns import Turns
 
-State = Literal["idle", "moving_to_start", "exciting", "ramping_down", "done", "aborted"]
-MOVING: tuple[State, ...] = ("moving_to_start", "exciting", "ramping_down")
 SETTLING_S = 2.0
 """Time after the way to the start pose in which the joint must arrive."""
 EFFORT_MARGIN = 1.05
@@ -34,24 +33,6 @@ if that is more, and at most the third of the limit: the joint overshoots, and a
 On the way to a position, which nobody measures, the second of that way's highest speed."""
 YIELD = 2.0
 """The reference yields to a joint that is held off it by up to this many tracking errors."""
-RELEASE_S = 0.5
-"""Time in which an effort command returns to what held the joint before."""
-
-
-@dataclass(frozen=True)
-class Output:
-    """What to do now: `command` and those of the `others` in the interface's unit, None: command nothing.
-
-    `position`, rad, and `velocity`, rad/s, are the reference's; `progress` of the chirp is 0 to 1.
-    """
-
-    state: State
-    command: float | None
-    others: tuple[float, ...]
-    position: float
-    velocity: float
-    progress: float
-    reason: str
 
 
 class Exciter:
@@ -61,14 +42,17 @@ class Exciter:
         self.state: State = "idle"
         self.reason = ""
         self.settings, self.reference, self.limits = settings, reference, limits
-        self._watch = JointStateWatch(settings.joint, settings.state_timeout_s)
+        self._watch = JointStateWatch(settings.joint, settings.state_timeout_s, limits.velocity)
+        self._turns = Turns(settings.continuous)
         self._last, self._last_at = (0.0, 0.0), 0.0
         self._began = 0.0
         self._progress = 0.0
         self._yielding = False
         self._yield_travel: Travel | None = None
-        self._following = Following(math.inf)
+        self._following = Following(0.0)
         self._after: State = "done"
+        self.largest_error = 0.0
+        """The largest tracking error of the run, rad."""
 
     @property
     def _approach_speed(self) -> float:
@@ -76,7 +60,17 @@ class Exciter:
 
     def observe(self, sample: JointSample) -> None:
         """Take a joint state."""
-        self._watch.observe(sample)
+        if self.state not in MOVING:
+            self._turns.restart()
+        self._watch.observe(self._turns.unwrapped(sample))
+
+    def published_by(self, names: tuple[str, ...]) -> None:
+        """Take the names of those who publish joint states."""
+        self._watch.publishers = names
+
+    def recordable(self) -> str:
+        """Why what comes from the robot cannot be identified from; empty when it can."""
+        return self._watch.recordable(self.reference.highest_hz)
 
     # -- before it moves
 
@@ -94,7 +88,7 @@ class Exciter:
             return why
         s = self.settings
         try:
-            self._law = CommandLaw(
+            law = CommandLaw(
                 s.interface, s.gains, self.limits, sample, carry=s.carry_effort, others_effort=s.held_effort
             )
         except ConfigurationError as error:
@@ -102,8 +96,8 @@ class Exciter:
         self._center = sample.position if s.start_position is None else s.start_position
         self._travel = travel(now, sample.position, self._center, self._approach_speed)
         self._last, self._last_at = (sample.position, 0.0), now
-        self._command = self._law.following(*self._last, sample)
-        self._progress, self._yield_travel = 0.0, None
+        self._stream = CommandStream(law, now, sample.position, sample)
+        self._progress, self._yield_travel, self.largest_error = 0.0, None, 0.0
         self._watch.begin(now)
         self.state, self.reason = "moving_to_start", ""
         return ""
@@ -122,8 +116,14 @@ class Exciter:
         """What to command at this tick."""
         if self.state not in MOVING:
             return self._output(now)
+        gap = now - self._last_at
+        if gap > self._stream.lease_s:
+            self._stood_still(gap)
+            return self._output(now)
         if self.state != "ramping_down":
-            self._check(now)
+            self._check(now, gap)
+        elif self._watch.fault(now, self._last[0], exciting=False):
+            self._watch.distrust()
         position, velocity = self._motion(now)
         inside, limit = self.limits.held(position), self.limits.velocity
         if inside != position or abs(velocity) > limit:
@@ -151,17 +151,28 @@ class Exciter:
             return OF_ITS_OWN * self._approach_speed
         return min(AT_MOST * limit, max(CATCHING_UP * limit, OF_ITS_OWN * self.reference.bounds.speed))
 
-    def _check(self, now: float) -> None:
-        """Ramp down when anything about the robot is wrong."""
+    def _stood_still(self, gap: float) -> None:
+        """End at once, as what was commanded last has stood for too long: whoever guards the joint has stopped it."""
+        self._watch.distrust()
+        self._last = (self._last[0], 0.0)
+        self.state = "aborted"
+        self.reason = f"this node stood still for {gap:.2f} s, and with it the commands: is the machine too busy?"
+
+    def _check(self, now: float, gap: float) -> None:
+        """Ramp down when anything about the robot is wrong; blind when that is what it says of itself."""
         position = self._last[0]
         why = self._watch.fault(now, position, exciting=self.state == "exciting")
         if why:
+            if gap > 0.5 * self.settings.state_timeout_s and self._watch.trusted(now) is None:
+                why = f"this node stood still for {gap:.2f} s, and saw no joint state meanwhile"
+            self._watch.distrust()
             self._ramp_down(why, "aborted")
             return
         sample, limits = self._watch.trusted(now), self.limits
         if sample is None or sample.position is None:
             return
         error = abs(sample.position - position)
+        self.largest_error = max(self.largest_error, error)
         if not limits.position_min <= sample.position <= limits.position_max:
             bounds = f"{limits.position_min:.4g} to {limits.position_max:.4g} rad"
             self._ramp_down(f"the position, {sample.position:.4g} rad, has left {bounds}", "aborted")
@@ -176,15 +187,18 @@ class Exciter:
             self._ramp_down(why, "aborted", yielding=True)
         elif moved := self._moved_away(sample):
             self._ramp_down(moved, "aborted")
-        elif self.state == "exciting":
-            why = self._following.fault(position, sample.position)
+        elif self.state == "exciting" and self._watch.feedback(now) is not None:
+            why = self._following.fault(now, *self._last, sample.position)
             if why:
                 self._ramp_down(why, "aborted")
 
     def _moved_away(self, sample: JointSample) -> str:
         """Which joint that shall hold does not; empty when all do."""
-        for name, position, held_at in zip(self.settings.held, sample.others, self._law.others_at, strict=False):
+        for name, position, held_at in zip(self.settings.held, sample.others, self._stream.law.others_at, strict=False):
             error = abs(position - held_at)
+            if not math.isfinite(error):
+                self._watch.distrust()
+                return f"the position of '{name}', which shall hold, is {position}"
             if error > self.limits.tracking_error:
                 return f"joint '{name}', which shall hold, is {error:.3g} rad away from where it was"
         return ""
@@ -192,7 +206,7 @@ class Exciter:
     def _ramp_down(self, why: str, after: State, *, yielding: bool = False) -> None:
         """Brake from here; `yielding`: something may be in the way that must not be pushed against for long."""
         self._braking: Braking = braking(self._last_at, *self._last, self.limits)
-        self._braked_command = self._command
+        self._stream.brake()
         self._yielding, self._yield_travel = yielding, None
         self.state, self.reason, self._after = "ramping_down", why, after
 
@@ -205,7 +219,7 @@ class Exciter:
             if here is None:
                 self.state, self._began = "exciting", now
                 self._watch.begin(now)
-                self._following = Following(self.reference.bounds.high - self.reference.bounds.low)
+                self._following = Following(now)
             elif now > self._travel.end + SETTLING_S:
                 goal = f"the start position {self._center:.4g} rad"
                 why = f"{goal} was not reached: at {here:.4g} rad after {SETTLING_S:g} s"
@@ -256,33 +270,16 @@ class Exciter:
 
     def _output(self, now: float) -> Output:
         position, velocity = self._last
-        command: float | None = None
-        others: tuple[float, ...] = ()
-        if self.state != "idle":
-            sample = self._watch.trusted(now)
-            command = self._command = self._commanded(now, sample)
-            others = self._law.others(sample, self._hold_share(now))
-        return Output(self.state, command, others, position, velocity, self._progress, self.reason)
-
-    def _commanded(self, now: float, sample: JointSample | None) -> float:
-        """The command in the interface's unit, inside its limits."""
-        law, (position, velocity) = self._law, self._last
-        if law.interface == "position" or self.state in ("moving_to_start", "exciting"):
-            return law.following(position, velocity, sample)
-        if self.state != "ramping_down":
-            return law.rest
-        if law.interface == "velocity":
-            return law.bounded_velocity(self._braked_command * self._braking.share(now), sample)
-        # Effort: what was commanded last, or the hold of the reference, goes over into what held the joint before.
-        held = law.following(position, velocity, sample) if sample is not None else self._braked_command
-        return law.rest + self._hold_share(now) * (held - law.rest)
-
-    def _hold_share(self, now: float) -> float:
-        """Share of the hold that is left: 1 while moving, then falling to 0 in RELEASE_S."""
+        if self.state == "idle":
+            return Output(self.state, None, (), position, velocity, self._progress, self.reason)
+        stream, sample = self._stream, self._watch.feedback(now)
         if self.state in ("moving_to_start", "exciting"):
-            return 1.0
-        if self.state != "ramping_down":
-            return 0.0
-        blind = self._watch.trusted(now) is None
-        begin = self._braking.start if blind else self._braking.end
-        return min(1.0, max(0.0, 1.0 - (now - begin) / RELEASE_S))
+            stream.follow(now, position, velocity, sample)
+        elif self.state == "ramping_down":
+            stream.ramp_down(now, position, velocity, self._braking, sample)
+        else:
+            stream.rest(position)
+        return Output(
+            self.state, stream.command, stream.others, position, velocity, self._progress, self.reason,
+            stream.safe, stream.lease_s,
+        )  # fmt: skip

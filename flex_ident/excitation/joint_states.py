@@ -15,6 +15,23 @@ MOVED = 1e-3
 """Way of the reference, rad, on which living readings change."""
 MOVED_POSITION_ALONE = 5e-3
 """The same where the robot gives the position alone: friction and backlash may hold that for a while."""
+CLOCK_DRIFT = 2e-4
+"""How fast the clocks of robot and computer may part."""
+SMOOTHING = 0.02
+"""Weight of the latest in the mean period of the joint states."""
+REPEATED = "with the same stamp again and again: the driver repeats itself"
+LIVING = "though their stamps go on: the controller is not active or refuses the commands, or the driver is stuck"
+SUSPECT_S = 0.06
+"""Time after which readings that never change, or do not come, are no feedback any more, long before it is a fault."""
+PERIODS = 3.0
+"""The same for readings that do not come, in their own periods, where that is more."""
+LEAST_SAMPLES = 2.5
+"""Joint states that a period of the highest frequency needs."""
+OTHER_CLOCK_S = 10.0
+"""Age from which stamps are not of the same clock at all."""
+IMPOSSIBLE, UNEVEN_S, JITTER = 3.0, 0.01, 5e-3
+"""A position jumps when it moves by the first times the speed limit allows, the readings' unevenness, s, and a rounding
+of encoders, rad, granted."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +51,8 @@ class JointSample:
     others_velocity: tuple[float, ...] = ()
     others_effort: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
+    age: float = math.nan
+    """How old it was when it came, s, by the clocks of robot and computer."""
 
 
 class JointStateWatch:
@@ -42,12 +61,19 @@ class JointStateWatch:
     Other publishers may send messages without the joint (a gripper's): those count only when its own stop coming.
     """
 
-    def __init__(self, joint: str, timeout_s: float) -> None:
+    def __init__(self, joint: str, timeout_s: float, velocity_limit: float = math.inf) -> None:
         self.joint = joint
         self.timeout_s = timeout_s
+        self._velocity_limit = velocity_limit
+        self.publishers: tuple[str, ...] = ()
+        """Names of those who publish joint states."""
         self._sample: JointSample | None = None
         self._without: JointSample | None = None
-        self._jump = 0.0
+        self._jump = ""
+        self._period = 0.0
+        self._delay = math.inf
+        self._distrusted = False
+        self._repeated = False
         self._changed_at = math.inf
         self._lowest, self._highest = math.inf, -math.inf
         self._had_velocity = self._had_effort = False
@@ -66,17 +92,71 @@ class JointStateWatch:
             self._changed_at = sample.received
             return
         passed = sample.stamp - before.stamp
-        if passed < 0.0 or passed > sample.received - before.received + self.timeout_s:
-            self._jump = passed
+        self._repeated = passed == 0.0
+        if 0.0 <= passed <= OTHER_CLOCK_S:
+            self._period += SMOOTHING * (passed - self._period) if self._period else passed
+        drifted = self._delay + CLOCK_DRIFT * max(0.0, sample.received - before.received)
+        self._delay = min(drifted, sample.received - sample.stamp)
+        jump = self._time_jump(sample, before) or self._position_jump(sample, before)
+        if jump and len(self.publishers) > 1:
+            jump += f": {' and '.join(self.publishers)} publish joint states, do two of them know the joint?"
+        self._jump = self._jump or jump
         pairs = ((sample.position, before.position), (sample.velocity, before.velocity), (sample.effort, before.effort))
         if not all(_same(a, b) for a, b in pairs):
             self._changed_at = sample.received
             self._lowest, self._highest = math.inf, -math.inf
 
+    def _time_jump(self, sample: JointSample, before: JointSample) -> str:
+        passed = sample.stamp - before.stamp
+        if 0.0 <= passed <= sample.received - before.received + self.timeout_s:
+            return ""
+        return f"the joint states' time jumps by {passed:+.3f} s"
+
+    def _position_jump(self, sample: JointSample, before: JointSample) -> str:
+        """Whether a joint has moved as none can from one joint state to the next."""
+        passed = max(sample.stamp - before.stamp, sample.received - before.received, 0.0)
+        most = IMPOSSIBLE * self._velocity_limit * (passed + UNEVEN_S) + JITTER
+        whose = f"'{self.joint}'"
+        for now, then in zip((sample.position, *sample.others), (before.position, *before.others), strict=False):
+            way = math.nan if now is None or then is None else now - then
+            if math.isfinite(way) and abs(way) > most:
+                wraps = abs(abs(way) - math.tau) <= most
+                turn = ", a whole turn: it wraps, and robot_description does not say that it is continuous"
+                return (
+                    f"the position of {whose} jumps by {way:+.3g} rad in {1e3 * passed:.0f} ms, where "
+                    f"{self._velocity_limit:.3g} rad/s are allowed{turn if wraps else ''}"
+                )
+            whose = "a joint that shall hold"
+        return ""
+
+    def recordable(self, highest_hz: float) -> str:
+        """Why what comes cannot be identified from, for a motion up to that frequency; empty when it can."""
+        sample = self._sample
+        if sample is None:
+            return ""
+        if math.isnan(sample.effort):
+            return (
+                f"the joint states hold no effort of '{self.joint}', without which nothing is identified: have the "
+                "driver publish it, or set recording.require_effort false where another recorded topic holds it."
+            )
+        rate_hz = 1.0 / self._period if self._period > 0.0 else math.inf
+        if rate_hz < LEAST_SAMPLES * highest_hz:
+            needed_hz, most_hz = LEAST_SAMPLES * highest_hz, rate_hz / LEAST_SAMPLES
+            return (
+                f"the joint states come at {rate_hz:.0f} Hz, a chirp up to {highest_hz:g} Hz needs {needed_hz:.0f} Hz: "
+                f"reduce chirp.end_frequency_hz to {most_hz:.3g}, or have the driver publish faster."
+            )
+        return ""
+
+    def distrust(self) -> None:
+        """Believe nothing of it until the next motion begins."""
+        self._distrusted = True
+
     def begin(self, now: float) -> None:
         """Forget what happened before a motion; remember which readings the robot gives."""
         sample = self._sample
-        self._jump = 0.0
+        self._jump = ""
+        self._distrusted = self._repeated = False
         self._changed_at = now
         self._lowest, self._highest = math.inf, -math.inf
         self._had_velocity = sample is not None and math.isfinite(sample.velocity)
@@ -101,7 +181,25 @@ class JointStateWatch:
         sample = self._sample
         if sample is None or sample.position is None or not math.isfinite(sample.position):
             return None
-        return sample if now - sample.received <= self.timeout_s else None
+        return sample if now - sample.received <= self.timeout_s and not self._distrusted else None
+
+    def feedback(self, now: float) -> JointSample | None:
+        """The latest joint state when it may be acted on: trusted, just come, not the same for suspiciously long."""
+        sample = self.trusted(now)
+        suspect_s = max(SUSPECT_S, PERIODS * self._period)
+        if sample is None or self._jump or now - sample.received + self._behind(sample) > suspect_s:
+            return None
+        alive = now - self._changed_at <= suspect_s
+        return sample if alive or not self._moved_meanwhile() else None
+
+    def _behind(self, sample: JointSample) -> float:
+        """By how much later a sample came than others do, s; whatever the clocks of robot and computer say."""
+        return max(0.0, sample.received - sample.stamp - self._delay) if math.isfinite(self._delay) else 0.0
+
+    def _moved_meanwhile(self) -> bool:
+        """Whether the reference has moved, since the readings changed last, as far as living ones do not stay."""
+        more = self._had_velocity or self._had_effort
+        return self._highest - self._lowest > (MOVED if more else MOVED_POSITION_ALONE)
 
     def absence(self, now: float) -> str:
         """Why there is no fresh and finite joint state to begin with; empty when there is one."""
@@ -117,6 +215,11 @@ class JointStateWatch:
             return f"the latest joint state is {age:.2f} s old, {self.timeout_s:.2f} s allowed: is the driver running?"
         if not math.isfinite(sample.position):
             return f"the position of '{self.joint}' is {sample.position}: the driver publishes no number."
+        if self.timeout_s < sample.age < OTHER_CLOCK_S:
+            return (
+                f"the joint states are {sample.age:.2f} s old when they come, {self.timeout_s:.2f} s allowed: is the "
+                "network slow, or do the clocks of robot and computer differ?"
+            )
         return ""
 
     def fault(self, now: float, reference: float, *, exciting: bool) -> str:
@@ -130,8 +233,12 @@ class JointStateWatch:
                 return f"joint '{self.joint}' has vanished from the joint states for {age:.3f} s"
             return f"no joint state for {age:.3f} s, {self.timeout_s:.3f} s allowed"
         if self._jump:
-            jump, self._jump = self._jump, 0.0
-            return f"the joint states' time jumps by {jump:+.3f} s"
+            return self._jump
+        behind = self._behind(sample)
+        if behind > self.timeout_s and self._repeated:
+            return f"the joint states are frozen: the same for {behind:.2f} s, {REPEATED}"
+        if behind > self.timeout_s:
+            return f"the joint states are {behind:.3f} s behind, {self.timeout_s:.3f} s allowed: they wait somewhere"
         for what, value, had in (
             ("position", sample.position, True),
             ("velocity", sample.velocity, self._had_velocity),
@@ -145,9 +252,10 @@ class JointStateWatch:
         self._lowest, self._highest = min(self._lowest, reference), max(self._highest, reference)
         still, way = now - self._changed_at, self._highest - self._lowest
         more = self._had_velocity or self._had_effort
-        by_motion = still > max(FROZEN_S, 2.0 * self.timeout_s) and way > (MOVED if more else MOVED_POSITION_ALONE)
+        by_motion = still > max(FROZEN_S, 2.0 * self.timeout_s) and self._moved_meanwhile()
         if by_motion or (exciting and more and still > FROZEN_EXCITING_S):
-            return f"the joint states are frozen: the same for {still:.2f} s while the reference moved {way:.2g} rad"
+            lasting = f"the same for {still:.2f} s while the reference moved {way:.2g} rad"
+            return f"the joint states are frozen: {lasting}, {REPEATED if self._repeated else LIVING}"
         return ""
 
 

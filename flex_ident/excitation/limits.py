@@ -52,14 +52,22 @@ def urdf_limits(description: str, joint: str) -> Limits:
     try:
         root = ET.fromstring(description)
     except ET.ParseError as error:
-        raise UsageError(f"/robot_description is not XML ({error}).") from error
+        raise UsageError(f"robot_description is not XML ({error}).") from error
     # A joint of the kinematics has a type; those below <ros2_control> and <transmission> have none.
     found = [e for e in root.iter("joint") if e.get("name") == joint and e.get("type") is not None]
     if not found:
-        raise UsageError(f"/robot_description has no joint '{joint}'.")
+        raise UsageError(f"robot_description has no joint '{joint}'.")
     kind = found[0].get("type")
     if kind == "fixed":
-        raise UsageError(f"joint '{joint}' is fixed in /robot_description: it cannot move.")
+        raise UsageError(f"joint '{joint}' is fixed in robot_description: it cannot move.")
+    mimic = found[0].find("mimic")
+    if mimic is not None:
+        raise UsageError(
+            f"joint '{joint}' mimics '{mimic.get('joint')}' in robot_description and has no drive of its own: name "
+            "the latter."
+        )
+    if _passive(root, joint):
+        raise UsageError(f"joint '{joint}' has no command interface in robot_description: it is passive.")
     hard, soft = _attributes(found[0], "limit"), _attributes(found[0], "safety_controller")
     low = max(hard.get("lower", -math.inf), soft.get("soft_lower_limit", -math.inf))
     high = min(hard.get("upper", math.inf), soft.get("soft_upper_limit", math.inf))
@@ -68,6 +76,19 @@ def urdf_limits(description: str, joint: str) -> Limits:
         low if bounded else -math.inf, high if bounded else math.inf,
         _positive(hard.get("velocity", math.nan)), _positive(hard.get("effort", math.nan)),
     )  # fmt: skip
+
+
+def is_continuous(description: str, joint: str) -> bool:
+    """Whether a URDF says that a joint turns without end."""
+    root = ET.fromstring(description)
+    return any(e.get("name") == joint and e.get("type") == "continuous" for e in root.iter("joint"))
+
+
+def _passive(root: ET.Element, joint: str) -> bool:
+    """Whether ros2_control reads a joint and does not command it."""
+    found = [e for control in root.iter("ros2_control") for e in control.iter("joint") if e.get("name") == joint]
+    read = [e for e in found if e.find("state_interface") is not None]
+    return bool(read) and all(e.find("command_interface") is None for e in found)
 
 
 def _attributes(element: ET.Element, tag: str) -> dict[str, float]:

@@ -30,6 +30,7 @@ def start_objection(
         or _placed(settings, limits, here)
         or _effort(settings, limits, sample)
         or chirp_objection(settings, limits, reference, center)
+        or _wrapping(settings, reference, here, center)
     )
 
 
@@ -37,9 +38,7 @@ def _open(s: ExciterSettings, limits: Limits) -> str:
     """Limits without which nothing moves and that neither parameters nor URDF give."""
     needed = ("position_min", "position_max", "velocity", *(("effort",) if s.interface == "effort" else ()))
     missing = ", ".join(f"limits.{name}" for name in needed if not math.isfinite(getattr(limits, name)))
-    return (
-        f"{missing} not known, neither from the parameters nor from /robot_description: give them." if missing else ""
-    )
+    return f"{missing} not known, neither from the parameters nor from robot_description: give them." if missing else ""
 
 
 def _moving(s: ExciterSettings, sample: JointSample, watch: JointStateWatch) -> str:
@@ -76,6 +75,20 @@ def _effort(s: ExciterSettings, limits: Limits, sample: JointSample) -> str:
                     "false where the robot bears gravity on its own, else have the driver publish efforts."
                 )
     return ""
+
+
+def _wrapping(s: ExciterSettings, reference: Reference, here: float, center: float) -> str:
+    """Commanded positions of a joint without end: whether its drive counts on or wraps at a half turn is not known."""
+    if s.interface != "position" or not any(s.continuous[:1]):
+        return ""
+    low = min(here, center + reference.bounds.low)
+    high = max(here, center + reference.bounds.high)
+    if math.floor((low + math.pi) / math.tau) == math.floor((high + math.pi) / math.tau):
+        return ""
+    return (
+        f"'{s.joint}' turns without end and the motion passes a half turn ({low:.3g} to {high:.3g} rad), where its "
+        "positions may jump: start elsewhere, or command velocity."
+    )
 
 
 def chirp_objection(s: ExciterSettings, limits: Limits, reference: Reference, center: float) -> str:

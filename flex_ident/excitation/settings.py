@@ -31,6 +31,8 @@ class ExciterSettings:
     """Names of the other joints that are commanded, in the order of `JointSample.others`."""
     held_effort: tuple[float, ...] = ()
     """Their effort limits, N m."""
+    continuous: tuple[bool, ...] = ()
+    """Which of the joints turn without end: the one that moves, then those held."""
 
     def __post_init__(self) -> None:
         if not self.joint:

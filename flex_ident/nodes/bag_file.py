@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import threading
 import time
@@ -144,8 +145,8 @@ class BagFile:
         free = shutil.disk_usage(self.path.parent).free
         if free < self._least_free:
             raise BagError(
-                f"{free / MIB:.0f} MiB free, {self._least_free / MIB:.0f} MiB needed: make room, or lower "
-                "recording.least_free_mib"
+                f"{math.floor(free / MIB)} MiB free, {math.ceil(self._least_free / MIB)} MiB needed: make room, or "
+                "lower recording.least_free_mib"
             )
 
 

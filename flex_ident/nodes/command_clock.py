@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-PRIORITY = 20
-"""Real-time priority of the thread, where the system allows one."""
+PRIORITY, AROUND = 20, 10
+"""Real-time priority of the thread, where the system allows one, and of those beside it: what holds Python's lock and
+has to wait for the processor keeps the commands waiting with it."""
 
 
 @dataclass
@@ -85,11 +86,7 @@ class CommandClock:
             self._thread.join(timeout_s)
 
     def _run(self) -> None:
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-            self.real_time = True
-        except (OSError, AttributeError):
-            pass  # an ordinary user may not: jitter is measured and reported either way
+        self.real_time = real_time()
         try:
             self._tick_on()
         except Exception as error:
@@ -107,6 +104,18 @@ class CommandClock:
             k += 1 + skipped
             if not self._tick(now, now - due, skipped):
                 return
+
+
+def real_time(priority: int = PRIORITY) -> bool:
+    """Give this thread, and those that it starts, real-time priority where the system allows it; whether it did.
+
+    An ordinary user may not: jitter is measured and reported either way.
+    """
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except (OSError, AttributeError):
+        return False
+    return True
 
 
 class RosTime:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-import sys
 from collections.abc import Iterable
-from pathlib import Path
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterType
 from rclpy.node import Node
@@ -14,6 +12,7 @@ from rclpy.node import Node
 from flex_ident.configuration.files import parameters_in
 from flex_ident.configuration.settings import Setting, Value
 from flex_ident.errors import ConfigurationError
+from flex_ident.nodes.parameter_files import parameter_files, refuse_files_that_do_not_apply
 
 ANY_NODE = ("use_sim_time", "start_type_description_service")
 
@@ -46,10 +45,13 @@ def current(node: Node, settings: Iterable[Setting]) -> dict[str, Value]:
 
 
 def refuse_unknown(node: Node, others: Iterable[str] = ()) -> None:
-    """Refuse what was given and not declared, after all is declared. Raises ConfigurationError that names it.
+    """Refuse what was given and not declared, after all is declared, and files that hold nothing for this node.
+
+    Raises ConfigurationError that names it.
 
     `others` are keys that commands know and a file for both may hold.
     """
+    refuse_files_that_do_not_apply(node)
     known = {*node.list_parameters([], 0).names, *ANY_NODE, *others}
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
@@ -60,11 +62,10 @@ def refuse_unknown(node: Node, others: Iterable[str] = ()) -> None:
 
 def origin(node: Node, key: str) -> str:
     """Where a parameter was given: the parameter file that holds it, else the node's name."""
-    files = [after for before, after in zip(sys.argv, sys.argv[1:], strict=False) if before == "--params-file"]
-    for file in reversed(files):
+    for file in reversed(parameter_files()):
         try:
-            if key in parameters_in(Path(file), (node.get_name(),)):
-                return file
+            if key in parameters_in(file, (node.get_name(),)):
+                return str(file)
         except ConfigurationError:
             continue
     return str(node.get_name())

@@ -19,6 +19,7 @@ from flex_ident.excitation import ChirpSettings, ExciterSettings, Gains, Limits,
 from flex_ident.excitation.chirp import PROFILES, SWEEPS
 from flex_ident.excitation.commands import INTERFACES
 from flex_ident.excitation.limits import gravity_rest
+from flex_ident.nodes.command_messages import JOINTS
 from flex_ident.nodes.declared import declare, origin, refuse_unknown
 from flex_ident.nodes.usage import Usage
 
@@ -28,7 +29,7 @@ FIXED_SETTINGS = (
     Setting("auto_start", False, "start as soon as everything is ready"),
     Setting("exit_when_done", True, "end the node when the chirp is over"),
     Setting("command.type", "forward_command", "which controller takes the commands", choices=COMMAND_TYPES),
-    Setting("command.topic", "/forward_position_controller/commands", "where commands go"),
+    Setting("command.topic", "forward_position_controller/commands", "where commands go"),
 )
 SETTINGS = (
     Setting("joint", "", "the joint that moves; all others hold"),
@@ -63,17 +64,19 @@ SETTINGS = (
     Setting("limits.tracking_error", 0.2, "largest distance between reference and position, rad", lower=1e-6,
             upper=UNLIMITED),
     Setting("limits.state_timeout_s", 0.1, "oldest joint state that counts, s", lower=1e-3, upper=10.0),
-    Setting("limits.require_urdf", False, "refuse to move without /robot_description, whatever limits are given"),
+    Setting("limits.require_urdf", False, "refuse to move without robot_description, whatever limits are given"),
     Setting("recording.directory", "flex_ident_recordings", "where the bag is written; empty: no recording"),
     Setting("recording.storage", "mcap", "format of the bag", choices=("mcap", "sqlite3")),
+    Setting("recording.require_effort", True, "refuse to move where the joint states hold no effort or come too slowly "
+            "for the chirp; false: effort is on another recorded topic"),
     Setting("recording.least_free_mib", 200.0, "free space below which nothing is recorded, MiB", lower=1.0, upper=1e6),
 )  # fmt: skip
 START = "start_position"
 START_TEXT = "where the chirp starts: a number in rad, current, or gravity_rest (eq. 17, with mx and my)"
-JOINTS, TOPICS = "command.joints", "recording.topics"
+TOPICS = "recording.topics"
 NAME_LISTS = {
     JOINTS: ("joints in the order of the controller's; those that do not move are held; empty: the joint alone", [""]),
-    TOPICS: ("further topics to record, byte for byte, of any installed type", ["/link_joint_states"]),
+    TOPICS: ("further topics to record, byte for byte, of any installed type", ["link_joint_states"]),
 }
 POSITION_GAINS, VELOCITY_GAINS = "command.hold_position_gains", "command.hold_velocity_gains"
 NUMBER_LISTS = {
@@ -119,12 +122,25 @@ def declare_all(node: Node) -> None:
     node.declare_parameter(START, "current", ParameterDescriptor(description=START_TEXT, dynamic_typing=True))
     for key, (text, default) in NAME_LISTS.items():
         given = node._parameter_overrides.get(key)
-        if given is not None and given.type_ != Parameter.Type.STRING_ARRAY:
+        empty = given is not None and given.type_ == Parameter.Type.NOT_SET
+        if empty:
+            node._parameter_overrides.pop(key)
+        elif given is not None and given.type_ != Parameter.Type.STRING_ARRAY:
             raise ConfigurationError(f"{origin(node, key)}: {key} is {given.value!r}: expected a list of texts.")
-        node.declare_parameter(key, default, ParameterDescriptor(description=text))
+        node.declare_parameter(key, [""] if empty else default, ParameterDescriptor(description=text))
     for key, text in NUMBER_LISTS.items():
         node.declare_parameter(key, None, ParameterDescriptor(description=text, dynamic_typing=True))
     refuse_unknown(node)
+    refuse_simulated_time(node.get_parameter("use_sim_time").value)
+
+
+def refuse_simulated_time(wanted: object) -> None:
+    """Refuse to play in a time that may run faster, slower or back. Raises ConfigurationError."""
+    if wanted:
+        raise ConfigurationError(
+            "use_sim_time is true: chirps are played in the computer's own time, in which speeds and limits hold: set "
+            "it false, and run the simulator in real time."
+        )
 
 
 def experiment(node: Node, changes: Iterable[Parameter] = ()) -> Experiment:
@@ -134,6 +150,7 @@ def experiment(node: Node, changes: Iterable[Parameter] = ()) -> Experiment:
     def value(key: str) -> Any:
         return changed[key] if key in changed else node.get_parameter(key).value
 
+    refuse_simulated_time(changed.get("use_sim_time"))
     values: dict[str, Any] = {s.key: s.checked(value(s.key), node.get_name()) for s in (*FIXED_SETTINGS, *SETTINGS)}
     values[START] = value(START)
     values |= {key: [str(v) for v in value(key) or () if v] for key in NAME_LISTS}

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterable
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from flex_ident.excitation.run import Note
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LEVELS = {"aborted": DiagnosticStatus.ERROR, "ramping_down": DiagnosticStatus.WARN}
@@ -19,11 +24,27 @@ class StateReports:
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._published: tuple[str, str, int] | None = None
 
+    def say(self, notes: Iterable[Note]) -> None:
+        """What is to be said, in the log or on standard error."""
+        log = self._node.get_logger()
+        for level, said in notes:
+            text = said.replace("~/", f"{self._node.get_fully_qualified_name()}/")
+            match level:  # rclpy refuses one line of code that logs at two levels
+                case "stderr":
+                    print(f"{self._node.get_name()}: {said}", file=sys.stderr, flush=True)
+                case "error":
+                    log.error(text)
+                case "warning":
+                    log.warning(text)
+                case _:
+                    log.info(text)
+
     def publish(self, joint: str, state: str, reason: str, progress: float, bag: str) -> None:
         """Say the state; `reason` is empty when there is none, `progress` a share, `bag` a path or empty."""
         percent = int(100 * progress)
+        name = f"{self._node.get_fully_qualified_name().lstrip('/')}: {joint}"
         status = DiagnosticStatus(
-            level=LEVELS.get(state, DiagnosticStatus.OK), name=f"chirp_exciter: {joint}",
+            level=LEVELS.get(state, DiagnosticStatus.OK), name=name,
             message=f"{state}: {reason}" if reason else state, hardware_id=joint,
             values=[
                 KeyValue(key="state", value=state), KeyValue(key="reason", value=reason),

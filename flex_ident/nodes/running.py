@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import rclpy
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -59,15 +59,6 @@ def spin(executor: Executor, asked: Sequence[str]) -> None:
     """Serve the executor's nodes until a signal asks to end, or rclpy is shut down."""
     while not asked and executor.context.ok():
         executor.spin_once(timeout_sec=LOOK_S)
-
-
-def quick_executor() -> Executor:
-    """The executor that costs least: at 1 kHz rclpy's events executor takes half of the other's processor time."""
-    try:
-        from rclpy.experimental import EventsExecutor
-    except ImportError:  # rclpy before 7.1.4
-        return SingleThreadedExecutor()
-    return EventsExecutor()
 
 
 def _complain(name: str, error: BaseException) -> None:

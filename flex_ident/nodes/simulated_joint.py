@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.callback_groups import CallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -23,6 +22,8 @@ from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.nodes.command_clock import AROUND, real_time
+from flex_ident.nodes.raw_topics import Polled
 from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.simulated_settings import (
     FAULT,
@@ -50,21 +51,6 @@ LONGEST_SLEEP_S = 0.1
 STOPPED = 3
 
 
-class Polled(CallbackGroup):
-    """Subscriptions that no executor serves: the thread that needs the messages takes them itself."""
-
-    def can_execute(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Nothing to do."""
-
-
 class SimulatedJoint(Node):
     """Steps the virtual joint in its own thread by a steady clock; a late tick catches up, so that data stay exact."""
 
@@ -84,7 +70,7 @@ class SimulatedJoint(Node):
         self._links = None
         if v["link_encoder"] and not self.model.rigid:
             self._links = self.create_publisher(JointState, "link_joint_states", QUEUE)
-        self._description = self.create_publisher(String, "/robot_description", LATCHED)
+        self._description = self.create_publisher(String, "robot_description", LATCHED)
         self._description.publish(String(data=description_of(self.names, v)))
         forward = v["controller.type"] == "forward_command"
         self._take = self._take_forward if forward else self._take_trajectory
@@ -100,7 +86,9 @@ class SimulatedJoint(Node):
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def begin(self) -> None:
-        """Let time pass."""
+        """Let time pass, in real time where that is wanted: a robot does not wait for the computer of its user."""
+        if float(self._values["speed"]) <= 1.0:
+            real_time(AROUND)
         self._thread.start()
         self.get_logger().info(
             f"{self.names[0]}: a virtual joint at {self._values['rate_hz']:.0f} Hz, commands on "

@@ -32,7 +32,7 @@ SETTINGS = (
     Setting("start_position", 0.0, "motor position at the start, rad", lower=-100.0, upper=100.0),
     Setting("controller.type", "forward_command", "how commands come", choices=("forward_command", "joint_trajectory")),
     Setting("controller.interface", "position", "what is commanded", choices=INTERFACES),
-    Setting("controller.topic", "/forward_position_controller/commands", "where commands come from"),
+    Setting("controller.topic", "forward_position_controller/commands", "where commands come from"),
     Setting("controller.smoothing_hz", 40.0, "position commands are smoothed at this frequency", lower=1.0,
             upper=1000.0),
     Setting("noise.motor_bits", 20.0, "bits a turn of the motor encoder", lower=8.0, upper=32.0),
@@ -40,9 +40,9 @@ SETTINGS = (
     Setting("noise.torque", 0.2, "standard deviation of the torque reading, N m", lower=0.0, upper=1e6),
     Setting("noise.torque_disturbance", 0.0, "standard deviation of a torque that acts unrecorded, N m", lower=0.0,
             upper=1e6),
-    Setting("limits.position_min", -3.1, "lower limit in /robot_description, rad", lower=-1e3, upper=1e3),
-    Setting("limits.position_max", 3.1, "upper limit in /robot_description, rad", lower=-1e3, upper=1e3),
-    Setting("limits.velocity", 3.0, "speed limit in /robot_description, rad/s", lower=1e-3, upper=1e3),
+    Setting("limits.position_min", -3.1, "lower limit in robot_description, rad", lower=-1e3, upper=1e3),
+    Setting("limits.position_max", 3.1, "upper limit in robot_description, rad", lower=-1e3, upper=1e3),
+    Setting("limits.velocity", 3.0, "speed limit in robot_description, rad/s", lower=1e-3, upper=1e3),
     Setting("limits.effort", 0.0, "effort limit of the drive, N m; 0: ample for the model", lower=0.0, upper=1e9),
 )  # fmt: skip
 LISTS = {

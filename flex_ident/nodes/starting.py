@@ -12,14 +12,18 @@ from importlib import import_module
 from typing import Any
 
 NODES = ("chirp_exciter", "identifier", "simulated_joint")
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 asked: list[str] = []
 """The names of the signals that have come."""
 
 
 def note_signals() -> dict[signal.Signals, Any]:
-    """Have signals add their names to `asked`; returns the handlers before. A handler may not take locks."""
-    return {n: signal.signal(n, lambda number, _frame: asked.append(signal.Signals(number).name)) for n in SIGNALS}
+    """Have signals add their names to `asked`; returns the handlers before. A handler may not take locks.
+
+    SIGHUP stays ignored where it is: whoever started the node with nohup wants it to outlive the terminal.
+    """
+    noted = [n for n in SIGNALS if n != signal.SIGHUP or signal.getsignal(n) != signal.SIG_IGN]
+    return {n: signal.signal(n, lambda number, _frame: asked.append(signal.Signals(number).name)) for n in noted}
 
 
 def start(node: str) -> int:

@@ -61,19 +61,20 @@ def test_a_robot_that_bears_its_gravity_is_commanded_none() -> None:
 def test_other_joints_are_held_under_effort_commands() -> None:
     made = started(interface="effort", held_effort=(20.0,))
     made.run(0.5)
-    made.sample = lambda s: replace(s, others=(0.6,), others_velocity=(0.2,))
-    assert made.tick().others[0] == pytest.approx(2.0 + 30.0 * 0.1 - 3.0 * 0.2)
-    made.sample = lambda s: replace(s, others=(-5.0,))
+    made.sample = lambda s: replace(s, others=(0.68,), others_velocity=(0.2,))
+    assert made.tick().others[0] == pytest.approx(2.0 + 30.0 * 0.02 - 3.0 * 0.2)
+    made.sample = lambda s: replace(s, others_velocity=(-100.0,))
     assert made.tick().others[0] == 20.0
 
 
 def test_a_joint_that_shall_hold_and_does_not_ends_the_run() -> None:
     made = started()
     made.run(1.5)
-    made.sample = lambda s: replace(s, others=(1.0,))
+    begin = made.now
+    made.sample = lambda s: replace(s, others=(0.7 + 0.5 * min(1.0, made.now - begin),))
     output = made.run(1.0)
     assert output.state == "aborted"
-    assert "which shall hold, is 0.3 rad away from where it was" in output.reason
+    assert "which shall hold, is 0.201 rad away from where it was" in output.reason
 
 
 def test_a_joint_that_drifts_without_a_velocity_reading_is_seen_to_move() -> None:
@@ -157,7 +158,29 @@ def test_a_second_run_begins_anew() -> None:
     commands_stay_inside(made)
 
 
-FROZEN = JointSample(0.0, 0.0, 0.01, 0.0, 1.0, (0.7,))
+class Frozen:
+    """The first sample again and again, received anew; with `again` its stamp too."""
+
+    def __init__(self, *, again: bool = False) -> None:
+        self.first: JointSample | None = None
+        self.again = again
+
+    def __call__(self, sample: JointSample) -> JointSample:
+        self.first = self.first or sample
+        return replace(self.first, received=sample.received, stamp=(self.first if self.again else sample).stamp)
+
+
+class Pushed:
+    """A joint that is pushed away at the given speed, rad/s."""
+
+    def __init__(self, speed: float) -> None:
+        self.speed, self.since = speed, 0.0
+
+    def __call__(self, sample: JointSample) -> JointSample:
+        self.since = self.since or sample.received
+        return replace(sample, position=sample.position + self.speed * (sample.received - self.since))
+
+
 FAULTS = {
     "nan": (lambda s: replace(s, position=math.nan), "position of 'elbow' is nan"),
     "nan_velocity": (lambda s: replace(s, velocity=math.nan), "velocity of 'elbow' is nan"),
@@ -166,26 +189,130 @@ FAULTS = {
     "stopped": (lambda s: None, "no joint state"),
     "time_jump": (lambda s: replace(s, stamp=s.stamp + 5.0), "jumps by +5.0"),
     "time_back": (lambda s: replace(s, stamp=s.stamp - 5.0), "jumps by -"),
-    "frozen": (lambda s: replace(FROZEN, received=s.received, stamp=s.stamp), "frozen"),
-    "elsewhere": (lambda s: replace(s, position=0.4), "tracking error"),
-    "outside": (lambda s: replace(s, position=0.51), "has left"),
+    "elsewhere": (lambda s: replace(s, position=0.4), "position of 'elbow' jumps by"),
+    "wrapped": (lambda s: replace(s, position=s.position - math.tau), "a whole turn: it wraps"),
+    "other_elsewhere": (lambda s: replace(s, others=(0.2,)), "position of a joint that shall hold jumps by -0.5 rad"),
+    "other_nan": (lambda s: replace(s, others=(math.nan,)), "position of 'shoulder', which shall hold, is nan"),
     "fast": (lambda s: replace(s, velocity=1.5), "speed, 1.5 rad/s, exceeds 1"),
     "strong": (lambda s: replace(s, effort=80.0), "effort, 80 N m, exceeds 50"),
 }
 
 
 @pytest.mark.parametrize("interface", INTERFACES)
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", [*FAULTS, "frozen", "repeated"])
 @pytest.mark.parametrize("after_s", [0.5, 1.6, 3.0])
 def test_a_fault_ramps_down_and_says_why(fault: str, interface: str, after_s: float) -> None:
     made = started(interface=interface, start_position=0.1, gains=Gains(60.0, 10.0, (30.0,), (3.0,)))
     made.run(after_s)
-    made.sample, text = FAULTS[fault]
+    if fault in FAULTS:
+        made.sample, text = FAULTS[fault]
+    else:
+        made.sample, text = {
+            "frozen": (Frozen(), "though their stamps go on"),
+            "repeated": (Frozen(again=True), "with the same stamp again and again"),
+        }[fault]
     made.run(4.0)
     assert made.exciter.state == "aborted"
     assert text in made.exciter.reason
     commands_stay_inside(made)
     assert len(set(made.commands()[-200:])) == 1  # held, not moving
+
+
+@pytest.mark.parametrize(
+    ("interface", "tracking_error", "text"),
+    [
+        ("position", 0.2, "the tracking error, 0.2"), ("velocity", 0.2, "the tracking error, 0.2"),
+        ("position", 5.0, "has left -0.5 to 0.5"),
+    ],
+)  # fmt: skip
+def test_a_joint_that_is_pushed_away_ends_the_run(interface: str, tracking_error: float, text: str) -> None:
+    limits = replace(LIMITS, tracking_error=tracking_error, velocity=2.0)
+    made = started(interface=interface, limits=limits)
+    made.run(2.0)
+    made.sample = Pushed(3.0)
+    made.run(5.0)
+    assert made.exciter.state == "aborted"
+    assert text in made.exciter.reason
+    commands_stay_inside(made, limits)
+
+
+@pytest.mark.parametrize("interface", ["velocity", "effort"])
+@pytest.mark.parametrize("fault", ["wrapped", "frozen", "nan", "lost", "stopped", "time_jump"])
+def test_feedback_that_is_known_to_be_wrong_moves_nothing(interface: str, fault: str) -> None:
+    """What is commanded after the fault goes to what held the joint, never the way that the wrong feedback pulls."""
+    made = started(interface=interface, gains=Gains(100.0, 10.0, (30.0,), (3.0,)))
+    made.run(2.0)
+    made.sample = Frozen() if fault == "frozen" else FAULTS[fault][0]
+    made.run(0.2)
+    rest = GRAVITY if interface == "effort" else 0.0
+    held = abs(made.commands()[-1] - rest)
+    before = len(made.outputs)
+    largest = max(abs(c - rest) for c in made.commands()[: -round(0.2 * RATE_HZ)])
+    made.run(2.0)
+    after = [o.command - rest for _, o in made.outputs[before:]]
+    assert made.exciter.state == "aborted"
+    assert max(map(abs, after)) <= max(held, largest)
+    assert after[-1] == pytest.approx(0.0)
+    assert abs(made.position) < 0.4
+
+
+@pytest.mark.parametrize("interface", ["velocity", "effort"])
+def test_a_continuous_joint_goes_on_where_its_reading_wraps(interface: str) -> None:
+    made = servo(interface=interface, position=math.pi - 0.01, limits=Limits(-4.0, 4.0, 1.0, 50.0, 0.2),
+                 gains=Gains(100.0, 10.0, (30.0,), (3.0,)), continuous=(True, True))  # fmt: skip
+    made.sample = lambda s: replace(s, position=math.remainder(s.position, math.tau))
+    made.tick()
+    assert made.exciter.start(made.now) == ""
+    made.run(8.0)
+    assert made.exciter.state == "done", made.exciter.reason
+    assert made.position == pytest.approx(math.pi, abs=0.15)
+
+
+def test_positions_of_a_joint_without_end_are_not_commanded_past_a_half_turn() -> None:
+    limits = Limits(-4.0, 4.0, 1.0, 50.0, 0.2)
+    made = servo(position=math.pi - 0.01, limits=limits, continuous=(True,))
+    assert "passes a half turn" in made.exciter.objection(made.now)
+    assert servo(position=math.pi - 0.01, limits=limits).exciter.objection(made.now) == ""
+    assert servo(position=1.0, limits=limits, continuous=(True,)).exciter.objection(made.now) == ""
+
+
+@pytest.mark.parametrize(("interface", "gap_s"), [("position", 1.1), ("velocity", 0.13), ("effort", 0.13)])
+def test_an_exciter_that_stood_still_for_too_long_moves_nothing_any_more(interface: str, gap_s: float) -> None:
+    made = started(interface=interface)
+    made.run(2.0)
+    last = made.commands()[-1]
+    made.now += gap_s
+    output = made.tick()
+    assert output.state == "aborted"
+    assert "stood still" in output.reason
+    assert output.command == pytest.approx({"position": last, "velocity": 0.0, "effort": GRAVITY}[interface])
+
+
+def test_silence_while_the_exciter_itself_stood_still_is_told_as_that() -> None:
+    made = started()
+    made.run(2.0)
+    made.now += 0.3
+    made.exciter.step(made.now)
+    assert "this node stood still for 0.30 s" in made.exciter.reason
+
+
+def test_readings_that_come_later_and_later_are_no_fresh_ones() -> None:
+    made = started()
+    made.run(2.0)
+    begin = made.now
+    made.sample = lambda s: replace(s, stamp=s.stamp - min(0.5 * (made.now - begin), 0.3))
+    made.run(1.0)
+    assert "behind, 0.100 s allowed" in made.exciter.reason
+
+
+def test_readings_that_are_old_when_they_come_are_none_to_begin_with() -> None:
+    made = servo()
+    made.sample = lambda s: replace(s, age=0.55)
+    made.tick()
+    assert "0.55 s old when they come" in made.exciter.objection(made.now)
+    made.sample = lambda s: replace(s, age=1e6)  # another clock altogether
+    made.tick()
+    assert made.exciter.objection(made.now) == ""
 
 
 def test_a_gripper_on_the_same_topic_is_no_fault() -> None:
@@ -222,7 +349,7 @@ def test_a_controller_that_ignores_commands_is_found_out() -> None:
 def test_frozen_readings_are_found_at_the_smallest_amplitude() -> None:
     made = started(chirp=replace(CHIRP, amplitude=1e-3))
     made.run(2.0)
-    made.sample = lambda s: replace(FROZEN, received=s.received, stamp=s.stamp)
+    made.sample = Frozen()
     made.run(1.5)
     assert "frozen" in made.exciter.reason
 

@@ -36,6 +36,21 @@ def test_soft_limits_of_a_urdf_count() -> None:
     assert urdf_limits(URDF, "soft") == Limits(-0.5, 2.0, 3.0, 4.0)
 
 
+@pytest.mark.parametrize(("joint", "text"), [("follower", "mimics 'elbow'"), ("passive", "no command interface")])
+def test_a_joint_without_a_drive_is_refused_by_name(joint: str, text: str) -> None:
+    limit = '<limit lower="-1" upper="2" velocity="3" effort="4"/>'
+    urdf = (
+        f'<robot name="r"><joint name="follower" type="revolute">{limit}<mimic joint="elbow"/></joint>'
+        f'<joint name="passive" type="revolute">{limit}</joint><joint name="driven" type="revolute">{limit}</joint>'
+        '<ros2_control><joint name="passive"><state_interface name="position"/></joint>'
+        '<joint name="driven"><command_interface name="effort"/><state_interface name="position"/></joint>'
+        "</ros2_control></robot>"
+    )
+    with pytest.raises(UsageError, match=f"'{joint}' .*{text}"):
+        urdf_limits(urdf, joint)
+    assert urdf_limits(urdf, "driven").position_max == 2.0
+
+
 def test_a_fixed_joint_is_refused() -> None:
     with pytest.raises(UsageError, match="fixed"):
         urdf_limits(URDF, "base")

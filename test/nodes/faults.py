@@ -13,14 +13,18 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
+from plant_faults import EFFORT_LIMIT, PLANT_FAULTS, PlantFault, PlantOutcome, plant_table, played
 from rig import COMMANDS, JOINT, POSITION_LIMIT, STATE_TIMEOUT_S, VELOCITY_LIMIT, Rig, rig
 
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.errors import ExcitationError, FlexIdentError
 
 ABORTED = 3
+TRIES = 3
 MORE_BYTES = 300_000
 PATIENT_S = 1.0
 """A machine that pauses for longer than `STATE_TIMEOUT_S` would win the race against a fault of another kind."""
@@ -70,6 +74,7 @@ def outcome(made: Rig, fault_at: float | None = None) -> Outcome:
     stopped = None
     if fault_at is not None and made.references:
         moving = [stamp for stamp, _, velocity in made.references if velocity != 0.0]
+        assert moving, f"nothing was seen to move:\n{made.output('chirp_exciter')}"
         stopped = max(0.0, moving[-1] - fault_at)
     return Outcome(status, reason, stopped, made.largest_command(), made.largest_speed(), lost_s(made))
 
@@ -78,7 +83,7 @@ def exciting(made: Rig, **parameters: object) -> None:
     """A joint in mid-chirp."""
     made.simulated_joint(other_joints=["shoulder"], **{"controller.joints": ["shoulder", JOINT]})
     made.exciter(**{"command.joints": ["shoulder", JOINT], **parameters})
-    refusal = made.start_exciting()
+    refusal = made.start_exciting(60.0)
     assert not refusal, refusal
     assert made.until("exciting"), made.output("chirp_exciter")
     made.spin(1.2)
@@ -282,26 +287,92 @@ is the larger of what the reference says and the step from one commanded positio
 allowed. 'Lost' is by how much the bag ends before the last reference that a third process received.
 A negative exit status is that of a process killed; 0 is a run that ended as if nothing had happened.
 
+## On the joints
+
+The same under each kind of command, with a robot written for the tests (`test/nodes/robot.py`): its controllers behave
+as ros2_control's do, a command stands until the next one comes. What is measured is what its joints really did, not
+what was commanded. The joint may move ±{position} rad from where it began, at {velocity} rad/s and {effort:g} N m;
+the other joint must hold. 'Standstill' is from the fault on.
+
+{plant}
+
+## The guard
+
+A process of its own, started with the exciter; `~/start` refuses until it is there, and says which one it is. Each
+command is followed by a heartbeat over a pipe, which says for how long that command may stand: 1 s for a position, as
+the drive stays there; 0.12 s for a speed or an effort, and for a speed less, down to 0.04 s, where a bound of the
+position is near. When the next heartbeat does not come in time, or the pipe ends with the exciter, the guard commands
+no speed, the last position, or the effort that held the joint before it moved, for two seconds. It takes no signal
+but SIGKILL, and ends with the exciter. An exciter that goes on after it stood still for that long commands nothing but
+the same, and ends. A machine that is so busy that it holds up the exciter for that long therefore ends a run.
+
+What it cannot do: outlive a machine that dies, or an end by SIGKILL of both (a container that is removed). Under effort
+commands it has no feedback: what moves then coasts to rest by its own friction.
+
+## Which cause is told
+
+| what is seen | what it is | what is said |
+| --- | --- | --- |
+| readings the same, stamps go on | controller not active, driver stuck | frozen, though their stamps go on |
+| readings and stamp the same | the driver repeats one message | frozen, with the same stamp again and again |
+| readings noisy, the joint does not move at all | inactive controller, other joints | the joint does not follow |
+| the same, after it had followed | protective stop, switched controller | the joint has stopped following |
+| no joint state, and no tick of the exciter either | the machine held up the exciter | this node stood still |
+| no joint state, ticks go on | driver, network | no joint state for ... |
+| joint states come, later and later | a backlog, a slow network | ... behind, they wait somewhere |
+| the position jumps by a whole turn | a reading that wraps | jumps by ..., a whole turn: it wraps |
+| the position jumps otherwise | encoder, driver | jumps by ... |
+| either jumps, two publish joint states | a second publisher | A and B publish joint states, do two know the joint? |
+
+After any of these but the two of following, no feedback is believed until the next run: positions brake along the
+reference, speeds no faster than that, efforts fade to what held the joint.
+
 Not in the table, as it is Fast DDS's own: the answer to a service call is dropped when the server has yet to discover
 the client (ros2/rmw_fastrtps, issue 842), most often on a busy machine. The call has had its effect all the same; what
 came of it is on the latched topics `/chirp_exciter/state` and `/identifier/result`.
 """
 
 
+Found = TypeVar("Found", Outcome, PlantOutcome)
+
+
+def as_expected(play: Callable[[Rig], Found], fault: Fault | PlantFault, name: str) -> Found:
+    """What came of a fault, played again where a machine busy with other things had another one of its own.
+
+    Raises AssertionError when what must come of it does not.
+    """
+    for attempt in range(TRIES):
+        with tempfile.TemporaryDirectory() as folder, rig(Path(folder)) as made:
+            try:
+                found = play(made)
+            except AssertionError as error:
+                print(f"{name}, {attempt}: {error}", flush=True)
+                continue
+            print(name, found, flush=True)
+            if fault.reason in found.reason and found.status == fault.status and found.inside_limits:
+                return found
+    raise AssertionError(f"{name}: expected status {fault.status}, '{fault.reason}', inside the limits")
+
+
 def main() -> int:
     """Play all faults and write the table."""
-    outcomes: dict[str, Outcome] = {}
-    for name, fault in FAULTS.items():
-        with tempfile.TemporaryDirectory() as folder, rig(Path(folder)) as made:
-            outcomes[name] = fault.play(made)
-            print(name, outcomes[name], flush=True)
-            if fault.reason not in outcomes[name].reason or outcomes[name].status != fault.status:
-                print(f"{name}: expected status {fault.status}, '{fault.reason}'; nothing is written", file=sys.stderr)
-                return 1
+    try:
+        outcomes = {name: as_expected(fault.play, fault, name) for name, fault in FAULTS.items()}
+        on_plant = {
+            (name, kind): as_expected(partial(played, name=name, kind=kind), fault, f"{name}, {kind}")
+            for name, fault in PLANT_FAULTS.items()
+            for kind in fault.kinds
+        }
+    except AssertionError as error:
+        print(f"{error}; nothing is written", file=sys.stderr)
+        return 1
     path = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
-    text = TEXT.format(position=POSITION_LIMIT, velocity=VELOCITY_LIMIT, table=table(outcomes), timeout=STATE_TIMEOUT_S)
+    text = TEXT.format(
+        position=POSITION_LIMIT, velocity=VELOCITY_LIMIT, effort=EFFORT_LIMIT, timeout=STATE_TIMEOUT_S,
+        table=table(outcomes), plant=plant_table(on_plant),
+    )  # fmt: skip
     path.write_text(text, encoding="utf-8")
-    return 0 if all(o.inside_limits for o in outcomes.values()) else 1
+    return 0
 
 
 if __name__ == "__main__":

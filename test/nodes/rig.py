@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
@@ -33,6 +34,8 @@ CHIRP = {
     "chirp.profile": "constant_velocity",
 }  # fmt: skip
 COMMANDS = "/forward_position_controller/commands"
+DOMAIN = os.environ.get("ROS_DOMAIN_ID")
+"""Without one each experiment has its own."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -93,6 +96,18 @@ class Rig:
             "limits.velocity": VELOCITY_LIMIT, **more,
         })  # fmt: skip
 
+    def robot(self, **more: Any) -> None:
+        """The robot of somebody else, with stand-ins for ros2_control's controllers."""
+        given = {"limit": POSITION_LIMIT, "speed": VELOCITY_LIMIT, "truth": str(self.folder / "truth"), **more}
+        command = [sys.executable, str(Path(__file__).parent / "robot.py"), json.dumps(given)]
+        with self.log("robot").open("ab") as out:
+            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out)
+
+    def truth(self, joints: int = 2) -> np.ndarray:
+        """What the robot's joints really did: time, s, then positions, speeds and efforts, one row each instant."""
+        rows = [line.split() for line in (self.folder / "truth").read_text().splitlines()]
+        return np.array([row for row in rows if len(row) == 1 + 3 * joints], float)
+
     def exciter(self, **more: Any) -> None:
         """An exciter that waits for ~/start unless told otherwise."""
         given = {
@@ -130,7 +145,7 @@ class Rig:
         """The answer of a service, None when none comes in time."""
         new = service not in self.clients
         client = self._client(kind, service)
-        assert client.wait_for_service(15.0), f"{service} is not there"
+        assert client.wait_for_service(45.0), f"{service} is not there"
         if new:
             self.spin(0.3)  # Fast DDS drops the answer to a client that the server has yet to find (rmw_fastrtps 842)
         future = client.call_async(request)
@@ -143,8 +158,8 @@ class Rig:
         assert answer is not None, f"{service} does not answer:\n" + "\n".join(map(self.output, self.processes))
         return answer.success, answer.message
 
-    def start_exciting(self, seconds: float = 15.0) -> str:
-        """Call ~/start until everything is ready; the last refusal, empty when it moves."""
+    def start_exciting(self, seconds: float = 15.0, *, expected: str = "\n") -> str:
+        """Call ~/start until everything is ready, or refused as expected; the last refusal, empty when it moves."""
         message = "no answer"
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -152,6 +167,8 @@ class Rig:
             if "moving_to_start" in self.states or (answer is not None and answer.success):
                 return ""
             message = answer.message if answer is not None else message
+            if expected in message:
+                break
             self.spin(0.25)
         return message
 
@@ -184,7 +201,15 @@ class Rig:
         end = time.monotonic() + timeout_s
         while time.monotonic() < end and self.processes[name].poll() is None:
             rclpy.spin_once(self.node, timeout_sec=0.05)
+        self._drain()
         return self.processes[name].poll()
+
+    def _drain(self) -> None:
+        """Take what was sent before and has yet to be looked at."""
+        before = -1
+        while before != len(self.references) + len(self.commands):
+            before = len(self.references) + len(self.commands)
+            self.spin(0.3)
 
     def bag(self) -> Path:
         """The newest recording."""
@@ -218,7 +243,7 @@ class Rig:
 def rig(folder: Path) -> Iterator[Rig]:
     """A rig in a DDS domain of its own, on loopback."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    os.environ["ROS_DOMAIN_ID"] = str(1 + (os.getpid() + int(time.monotonic())) % 100)
+    os.environ["ROS_DOMAIN_ID"] = DOMAIN or str(1 + (os.getpid() + int(time.monotonic())) % 100)
     rclpy.init()
     made = Rig(folder)
     try:

@@ -233,3 +233,12 @@ def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) 
     assert "not in the recording: /nothing (nobody publishes it)" in said
     assert "real-time priority" not in said
     assert "chirp_exciter: chirp_exciter" not in said
+
+
+def test_simulated_time_is_refused(tmp_path: Path) -> None:
+    status, said = started_with("-p", "joint:=a", "-p", "use_sim_time:=true")
+    assert status == 2
+    assert "use_sim_time is true" in said
+    with rig(tmp_path) as made:
+        made.exciter()
+        assert "use_sim_time is true" in made.set_parameter("chirp_exciter", "use_sim_time", True)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="needs rclpy")
 from rig import COMMANDS, JOINT, LATCHED, Rig, rig
 from sensor_msgs.msg import JointState
+from stand_in import TOPIC, ready
 from std_msgs.msg import Float64MultiArray, String
 
 pytestmark = pytest.mark.ros
@@ -60,6 +63,7 @@ def test_limits_that_come_in_mid_motion_hold_from_then_on_and_a_repetition_is_no
         assert made.until("aborted"), made.output("chirp_exciter")
         assert made.state["reason"] == "/robot_description has changed"
         made.states.clear()
+        made.spin(1.0)  # what was sent before has come
         before = len(made.commands)
         assert "-0.02 to 0.02 rad" in made.start_exciting(4.0)
         assert len(made.commands) == before
@@ -90,3 +94,54 @@ def test_what_is_no_joint_state_ends_the_run_as_any_fault(tmp_path: Path) -> Non
         assert "not in the recording" not in said
         assert made.states[-1] == "aborted"
         assert abs(made.references[-1][2]) == 0.0
+
+
+def test_a_second_publisher_of_the_joint_is_told_as_that(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        exciting(made)
+        publisher = made.node.create_publisher(JointState, "/joint_states", 10)
+        made.spin(0.5)
+        message = JointState(name=[JOINT], position=[0.0], velocity=[0.0], effort=[0.0])
+        message.header.stamp.sec = int(time.time()) - 100
+        publisher.publish(message)
+        assert made.ended("chirp_exciter") == 3
+        said = made.output("chirp_exciter")
+        assert "the joint states' time jumps by -" in said
+        assert "/rig and /simulated_joint publish joint states, do two of them know the joint?" in said
+
+
+def test_a_driver_that_comes_back_with_another_quality_is_heard(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.robot()
+        made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.state_timeout_s": 1.0})
+        ready(made)
+        made.processes["robot"].kill()
+        made.spin(1.0)
+        made.robot(best_effort=True)
+        assert made.start_exciting(30.0) == ""
+        assert made.until("exciting"), made.output("chirp_exciter")
+
+
+def test_a_description_that_is_not_kept_is_no_hindrance_where_all_limits_are_given(tmp_path: Path) -> None:
+    limits = {"limits.position_min": -0.4, "limits.position_max": 0.4, "limits.velocity": 2.0}
+    given = {"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.require_urdf": False}
+    with rig(tmp_path) as made:
+        made.robot(description="volatile")
+        made.spin(3.0)  # so that the description has gone by
+        made.exciter(**given, **{"limits.state_timeout_s": 1.0})
+        text = "not kept for those who come later"
+        assert text in made.start_exciting(30.0, expected=text)
+        made.processes["chirp_exciter"].terminate()
+        made.ended("chirp_exciter")
+        made.exciter(**given, **limits, **{"limits.state_timeout_s": 1.0})
+        assert made.start_exciting() == ""
+        assert made.until("moving_to_start")
+
+
+def test_a_mimic_joint_is_refused_by_name(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.robot(extra='<mimic joint="thumb"/>')
+        made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC})
+        text = "joint 'elbow' mimics 'thumb'"
+        assert text in made.start_exciting(30.0, expected=text)
+        assert np.ptp(made.truth()[:, 2]) == 0.0

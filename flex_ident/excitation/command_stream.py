@@ -1,0 +1,103 @@
+"""The commands of one motion, one after the other: with feedback as long as it can be believed, without it else."""
+
+from __future__ import annotations
+
+import math
+
+from flex_ident.excitation.commands import CommandLaw
+from flex_ident.excitation.joint_states import JointSample
+from flex_ident.excitation.motions import Braking
+
+RELEASE_S = 0.5
+"""Time in which an effort command returns to what held the joint before."""
+FADE_S = 0.1
+"""Time constant of the same without feedback."""
+POSITION_LEASE_S = 1.0
+"""How long a commanded position may stand: the drive stays there."""
+LEASE_S, SHORTEST_LEASE_S = 0.12, 0.04
+"""How long a commanded speed or effort may stand, and how long at least where a bound of the position is near."""
+LEASE_SHARE = 0.5
+"""Share of the way to the bound ahead that a commanded speed may go meanwhile."""
+
+
+class CommandStream:
+    """Commands of the joint that moves and of the others, in the interface's unit; all stay inside the limits."""
+
+    def __init__(self, law: CommandLaw, now: float, position: float, sample: JointSample) -> None:
+        """The joint is at rest at `position`, rad."""
+        self.law = law
+        self._at = now
+        self._position = position
+        self.command = law.following(position, 0.0, sample)
+        self.others = law.others(sample, 1.0)
+        self._braked = self.command
+
+    def follow(self, now: float, position: float, velocity: float, sample: JointSample | None) -> None:
+        """Follow a reference, rad and rad/s; without a sample by what is known without one."""
+        law = self.law
+        if law.interface == "effort" and sample is None:
+            self._fade(now)
+        else:
+            blind = law.interface == "velocity" and sample is None
+            self.command = law.bounded_velocity(velocity, None) if blind else law.following(position, velocity, sample)
+            self.others = law.others(sample, 1.0)
+        self._at, self._position = now, position if sample is None or sample.position is None else sample.position
+
+    def brake(self) -> None:
+        """Remember the command at which braking begins."""
+        self._braked = self.command
+
+    def ramp_down(
+        self, now: float, position: float, velocity: float, braking: Braking, sample: JointSample | None
+    ) -> None:
+        """Brake along a reference, rad and rad/s; without a sample no faster than that, and efforts fade."""
+        law = self.law
+        if law.interface == "position":
+            self.command = law.following(position, velocity, sample)
+        elif law.interface == "velocity":
+            wanted = law.bounded_velocity(self._braked * braking.share(now), sample)
+            self.command = wanted if sample is not None else _between(wanted, velocity)
+        elif sample is None:
+            self._fade(now)
+        else:
+            share = min(1.0, max(0.0, 1.0 - (now - braking.end) / RELEASE_S))
+            held = law.following(position, velocity, sample)
+            self.command = law.rest + share * (held - law.rest)
+            self.others = law.others(sample, share)
+        self._at, self._position = now, position
+
+    def rest(self, position: float) -> None:
+        """Nothing moves any more: the position is held, no speed, the effort that held the joint before."""
+        law = self.law
+        self.command = law.limits.held(position) if law.interface == "position" else law.rest
+        self.others = law.others(None, 0.0)
+
+    def _fade(self, now: float) -> None:
+        share = math.exp(-max(0.0, now - self._at) / FADE_S)
+        rest = self.law.others(None, 0.0)
+        self.command = self.law.rest + share * (self.command - self.law.rest)
+        self.others = tuple(r + share * (o - r) for o, r in zip(self.others, rest, strict=True))
+
+    @property
+    def safe(self) -> tuple[float, tuple[float, ...]]:
+        """What may be commanded for any length of time after the latest command: of the joint and of the others."""
+        law = self.law
+        command = self.command if law.interface == "position" else law.rest
+        return command, law.others(None, 0.0)
+
+    @property
+    def lease_s(self) -> float:
+        """How long the latest command may stand with nobody there to change it, s."""
+        law = self.law
+        if law.interface == "position":
+            return POSITION_LEASE_S
+        if law.interface == "effort" or self.command == 0.0:
+            return LEASE_S
+        limits = law.limits
+        room = limits.position_max - self._position if self.command > 0.0 else self._position - limits.position_min
+        return min(LEASE_S, max(SHORTEST_LEASE_S, LEASE_SHARE * room / abs(self.command)))
+
+
+def _between(value: float, bound: float) -> float:
+    """The value nearest to `value` between zero and `bound`."""
+    return min(max(value, min(0.0, bound)), max(0.0, bound))

@@ -1,0 +1,138 @@
+"""The guard of an exciter, a process of its own: it stops the joint when the exciter dies or stands still.
+
+Heartbeats come on standard input and end with the exciter, however that ends; what the guard has to say leaves on
+standard output, a line each. It takes no signal but SIGKILL: it ends when there is nothing left to guard.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import select
+import signal
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from flex_ident.excitation.guarding import Beat, Guarding
+from flex_ident.nodes.command_clock import real_time
+from flex_ident.nodes.command_messages import CommandMessages
+
+READY, TAKEN = "ready", "taken over"
+AT_ONCE_S = 0.002
+"""How long heartbeats are collected before they are looked at together."""
+PIPE_BYTES = 65536
+LONGEST_SPIN_US = 3_000_000
+"""Processor time, us, after which a guard that never waits is killed."""
+LOOK_S = 0.1
+
+
+@dataclass(frozen=True)
+class Post:
+    """Where a guard stands: its node's name and namespace, and the commands that it may have to send."""
+
+    name: str
+    namespace: str
+    topic: str
+    kind: str
+    period_s: float
+
+
+class Guard:
+    """Heartbeats in, at most one command at a time out."""
+
+    def __init__(self, post: Post) -> None:
+        self._post = post
+        self._rules = Guarding()
+        self._node = rclpy.create_node(
+            post.name, namespace=post.namespace, use_global_arguments=False, start_parameter_services=False,
+            enable_rosout=False,
+        )  # fmt: skip
+        self._publisher = self._node.create_publisher(
+            CommandMessages(post.kind, (), post.period_s).message_class, post.topic, 10
+        )
+        self._messages = CommandMessages(post.kind, (), post.period_s)
+        self._rest = b""
+        self._listened = False
+        self._told = False
+
+    def run(self) -> None:
+        """Guard until nothing is left to guard."""
+        while not self._rules.finished(time.monotonic()):
+            listened = self._publisher.get_subscription_count() > 0
+            if listened != self._listened:
+                self._listened = listened
+                say(f"{READY} {self._mark()}" if listened else "nobody listens")
+            self._take(min(LOOK_S, self._rules.wait_s(time.monotonic())))
+            now = time.monotonic()
+            if self._rules.overdue(now):
+                self._take(0.0)  # who was held up itself has beats waiting
+            beat = self._rules.due(now)
+            if beat is not None:
+                self._send(beat)
+            self._told = self._told and self._rules.taken_over
+
+    def _mark(self) -> str:
+        """The mark by which DDS knows the publisher: its node's name gets around later."""
+        infos = self._node.get_publishers_info_by_topic(self._publisher.topic_name)
+        return next((bytes(i.endpoint_gid).hex() for i in infos if i.node_name == self._post.name), "")
+
+    def _take(self, wait_s: float) -> None:
+        """Take heartbeats as they come."""
+        readable, _, _ = select.select([0], [], [], wait_s)
+        if not readable:
+            return
+        data = os.read(0, PIPE_BYTES)
+        if not data:
+            self._rules.gone()
+            return
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        for line in lines[-1:]:
+            with suppress(ValueError, TypeError):
+                self._rules.beat(Beat.read(line))
+        if not self._rules.taken_over:
+            time.sleep(AT_ONCE_S)
+
+    def _send(self, beat: Beat) -> None:
+        if self._messages.joints != beat.joints:
+            self._messages = CommandMessages(self._post.kind, beat.joints, self._post.period_s)
+        self._publisher.publish(self._messages.message(beat.row))
+        if not self._told:
+            self._told = True
+            say(TAKEN)
+            late = time.monotonic() - beat.sent
+            row = ", ".join(f"{value:.4g}" for value in beat.row)
+            with suppress(OSError):
+                print(
+                    f"{self._post.name}: no heartbeat for {late:.2f} s: stops the joint, {row} on {self._post.topic}",
+                    file=sys.stderr, flush=True,
+                )  # fmt: skip
+
+
+def say(text: str) -> None:
+    """A line to the exciter, which may be gone."""
+    with suppress(OSError):
+        os.write(1, text.encode() + b"\n")
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Guard the exciter that started this process; its one argument is the post as JSON."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    with suppress(ValueError, OSError):  # one that spins, where it should wait, must not keep the machine from others
+        resource.setrlimit(resource.RLIMIT_RTTIME, (LONGEST_SPIN_US, LONGEST_SPIN_US))
+    real_time()
+    given: dict[str, Any] = json.loads((sys.argv[1:] if arguments is None else arguments)[0])
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    Guard(Post(**given)).run()
+    os._exit(0)  # what is left of DDS may wait for others that are gone
+
+
+if __name__ == "__main__":
+    main()

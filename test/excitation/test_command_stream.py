@@ -1,0 +1,70 @@
+"""What may stand, and for how long, when nobody is there to change it; and what is commanded without feedback."""
+
+from __future__ import annotations
+
+import pytest
+
+from flex_ident.excitation import Gains, JointSample, Limits
+from flex_ident.excitation.command_stream import LEASE_S, POSITION_LEASE_S, SHORTEST_LEASE_S, CommandStream
+from flex_ident.excitation.commands import CommandLaw, Interface
+
+LIMITS = Limits(-0.5, 0.5, 2.0, 50.0, 0.2)
+GAINS = Gains(10.0, 1.0, (30.0,), (3.0,))
+
+
+def stream(interface: Interface) -> CommandStream:
+    """The commands of a joint at rest at 0, held with 4 N m, beside one at 0.7 rad, held with 2 N m."""
+    sample = seen(0.0)
+    return CommandStream(CommandLaw(interface, GAINS, LIMITS, sample, carry=True), 0.0, 0.0, sample)
+
+
+def seen(position: float, now: float = 0.0) -> JointSample:
+    """A joint state."""
+    return JointSample(now, now, position, 0.0, 4.0, (0.7,), (0.0,), (2.0,))
+
+
+def test_a_position_may_stand_for_long_and_is_safe_itself() -> None:
+    made = stream("position")
+    made.follow(0.1, 0.2, 1.0, seen(0.19))
+    assert made.lease_s == POSITION_LEASE_S
+    assert made.safe == (0.2, (0.7,))
+
+
+def test_a_speed_may_stand_the_shorter_the_nearer_a_bound_ahead_is() -> None:
+    made = stream("velocity")
+    assert made.lease_s == LEASE_S
+    leases = []
+    for position in (0.0, 0.35, 0.45, 0.499):
+        made.follow(0.1, position, 1.0, seen(position))
+        leases.append(made.lease_s)
+        assert made.lease_s * made.command <= max(0.5 - position, SHORTEST_LEASE_S * made.command)
+    assert leases[0] == LEASE_S
+    assert leases == sorted(leases, reverse=True)
+    assert leases[-1] < LEASE_S
+    made.follow(0.1, 0.499, -1.0, seen(0.499))
+    assert made.lease_s == LEASE_S
+    assert made.safe == (0.0, (0.0,))
+
+
+def test_what_is_safe_under_efforts_is_what_held_before() -> None:
+    made = stream("effort")
+    made.follow(0.1, 0.3, 0.0, seen(0.0))
+    assert made.command == pytest.approx(4.0 + 10.0 * 0.3)
+    assert made.safe == (4.0, (2.0,))
+    assert made.lease_s == LEASE_S
+
+
+def test_without_feedback_efforts_fade_and_speeds_follow_the_reference() -> None:
+    made = stream("effort")
+    made.follow(0.1, 2.0, 0.0, seen(0.0))
+    before = made.command
+    made.follow(0.15, 2.0, 0.0, None)
+    assert 4.0 < made.command < before
+    for k in range(100):
+        made.follow(0.15 + 0.01 * k, 2.0, 0.0, None)
+    assert made.command == pytest.approx(4.0, abs=0.01)
+    made = stream("velocity")
+    made.follow(0.1, 0.2, 0.6, seen(0.0))
+    assert made.command > 0.6
+    made.follow(0.2, 0.25, 0.6, None)
+    assert made.command == 0.6

@@ -1,0 +1,158 @@
+"""What can go wrong on a robot, measured on its joints and not on the commands: under each kind of command.
+
+`test_plant_faults.py` plays each; `faults.py` writes the table.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rig import POSITION_LIMIT, VELOCITY_LIMIT, Rig
+from stand_in import STOPPED, exciting, guard_pid
+
+EFFORT_LIMIT = 60.0
+TIMEOUT_S = 0.6
+"""Of joint states, where these are at fault."""
+HELD_AT = 0.5
+"""Where the joint that shall hold stands, rad."""
+
+
+@dataclass(frozen=True)
+class PlantOutcome:
+    """What came of it: exit status and reason; when the joint stood still after the fault, s, how far it ever was from
+    where it began, rad, how fast, rad/s, and its largest effort, N m; how far the joint moved that shall hold, rad.
+    """
+
+    status: int | None
+    reason: str
+    seconds_to_stand: float
+    farthest: float
+    fastest: float
+    strongest: float
+    other: float
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the joint never left position, speed and effort limits, and the other one held."""
+        return (
+            self.farthest <= POSITION_LIMIT and self.fastest <= VELOCITY_LIMIT and self.strongest <= EFFORT_LIMIT
+            and self.other < 0.02
+        )  # fmt: skip
+
+
+def measured(made: Rig, at: float) -> PlantOutcome:
+    """What came of a fault at that instant of the steady clock, once all is over."""
+    truth = made.truth()
+    lines = made.output("chirp_exciter").splitlines()
+    said = [line for line in lines if line.startswith("chirp_exciter")]
+    reason = said[-1].partition(": ")[2] if said else ""
+    after = truth[truth[:, 0] > at]
+    moving = after[np.abs(after[:, 4]) > STOPPED]
+    still = after[-1, 0] - moving[-1, 0] > 0.3 if len(moving) else True
+    stands = (moving[-1, 0] - at if len(moving) else 0.0) if still else math.inf
+    return PlantOutcome(
+        made.processes["chirp_exciter"].poll(), reason, max(0.0, stands),
+        float(np.abs(truth[:, 2] - truth[0, 2]).max()), float(np.abs(truth[:, 4]).max()),
+        float(np.abs(truth[:, 6]).max()), float(np.abs(truth[:, 1] - HELD_AT).max()),
+    )  # fmt: skip
+
+
+Play = Callable[[Rig, str], float]
+"""Plays a fault under a kind of command; the instant at which it happened."""
+
+
+def signalled(name: str) -> Play:
+    """A signal to the exciter in mid-chirp; one that stands still goes on after two seconds."""
+
+    def play(made: Rig, kind: str) -> float:
+        exciting(made, kind)
+        at = time.monotonic()
+        made.processes["chirp_exciter"].send_signal(getattr(signal, name))
+        if name == "SIGSTOP":
+            made.spin(2.0)
+            made.processes["chirp_exciter"].send_signal(signal.SIGCONT)
+        return at
+
+    return play
+
+
+def guard_killed(made: Rig, kind: str) -> float:
+    """The guard dies in mid-chirp."""
+    exciting(made, kind)
+    at = time.monotonic()
+    os.kill(guard_pid(made), signal.SIGKILL)
+    return at
+
+
+def robot_fault(name: str, *, later_s: float = 0.0, **parameters: Any) -> Play:
+    """A fault of the robot in mid-chirp, so much later than usual."""
+
+    def play(made: Rig, kind: str) -> float:
+        exciting(made, kind, **{"limits.state_timeout_s": TIMEOUT_S, **parameters})
+        made.spin(later_s)
+        at = time.monotonic()
+        made.set_parameter("robot", "fault", name)
+        return at
+
+    return play
+
+
+@dataclass(frozen=True)
+class PlantFault:
+    """How a fault is played, under which kinds of command, and what must come of it."""
+
+    play: Play
+    reason: str
+    status: int = 3
+    kinds: tuple[str, ...] = ("position", "velocity", "effort", "trajectory")
+
+
+FEEDBACK = ("velocity", "effort")
+PLANT_FAULTS: dict[str, PlantFault] = {
+    "kill -9 of the exciter": PlantFault(signalled("SIGKILL"), "no heartbeat for", status=-9),
+    "the exciter stands still (SIGSTOP) and goes on": PlantFault(signalled("SIGSTOP"), "this node stood still for"),
+    "the terminal closes (SIGHUP)": PlantFault(signalled("SIGHUP"), "stopped by SIGHUP", kinds=FEEDBACK),
+    "kill -9 of the guard": PlantFault(guard_killed, "has ended", kinds=FEEDBACK),
+    "the reading wraps by a whole turn": PlantFault(robot_fault("wrap"), "a whole turn: it wraps", kinds=FEEDBACK),
+    "the reading jumps by 0.3 rad": PlantFault(robot_fault("jump"), "jumps by +0.3", kinds=FEEDBACK),
+    "the readings freeze, their stamps go on": PlantFault(robot_fault("freeze"), "their stamps go on", kinds=FEEDBACK),
+    "the driver repeats one message": PlantFault(robot_fault("repeat"), "the same stamp again", kinds=FEEDBACK),
+    "the readings go NaN": PlantFault(robot_fault("nan"), "is nan", kinds=FEEDBACK),
+    "the readings lose the joint": PlantFault(robot_fault("lose_joint"), "vanished", kinds=FEEDBACK),
+    "the readings come later and later": PlantFault(robot_fault("late"), "behind, 0.600 s allowed", kinds=FEEDBACK),
+    "the controller is switched off at two thirds": PlantFault(
+        robot_fault("inactive", later_s=3.0), "has stopped following", kinds=("position", "trajectory")
+    ),
+    "a protective stop at two thirds": PlantFault(robot_fault("halt", later_s=3.0), "has stopped following"),
+}  # fmt: skip
+
+
+def played(made: Rig, name: str, kind: str) -> PlantOutcome:
+    """Play one fault under one kind of command."""
+    at = PLANT_FAULTS[name].play(made, kind)
+    made.ended("chirp_exciter")
+    over = time.monotonic()
+    while made.truth()[-1, 0] < over + 1.0 and time.monotonic() < over + 15.0:
+        made.spin(0.5)
+    return measured(made, at)
+
+
+def plant_table(outcomes: dict[tuple[str, str], PlantOutcome]) -> str:
+    """The outcomes as Markdown."""
+    rows = [
+        "| fault | command | exit status, reason | standstill, s | farthest, rad | fastest, rad/s | strongest, N m |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for (name, kind), o in outcomes.items():
+        rows.append(
+            f"| {name} | {kind} | {o.status}: {o.reason} | {o.seconds_to_stand:.2f} | {o.farthest:.3f} | "
+            f"{o.fastest:.2f} | {o.strongest:.1f} |"
+        )
+    return "\n".join(rows)

@@ -1,0 +1,81 @@
+"""The robot of somebody else in mid-chirp, under each kind of command, and what must be true of it in the end."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rig import JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig
+
+TOPIC = "/forward_position_controller/commands"
+KINDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "position": ({"interface": "position"}, {"command.topic": TOPIC}),
+    "velocity": ({"interface": "velocity"}, {"command.topic": TOPIC, "command.interface": "velocity"}),
+    "effort": (
+        {"interface": "effort"},
+        {"command.topic": TOPIC, "command.interface": "effort", "command.position_gain": 300.0,
+         "command.velocity_gain": 30.0, "command.hold_position_gains": [300.0], "command.hold_velocity_gains": [30.0]},
+    ),
+    "trajectory": (
+        {"trajectory": True, "controller": "joint_trajectory_controller"},
+        {"command.topic": "/joint_trajectory_controller/joint_trajectory", "command.type": "joint_trajectory"},
+    ),
+}  # fmt: skip
+STOPPED = 0.02
+"""Speed, rad/s, below which a joint stands still."""
+TOO_BUSY = ("no joint state for", "stood still", "no heartbeat", "old when they come", "behind, ")
+TRIES = 4
+"""A machine that is busy with other things may hold up an exciter for too long before a test has begun."""
+
+
+def exciting(made: Rig, kind: str, *, robot: dict[str, Any] | None = None, **parameters: Any) -> None:
+    """A joint of the robot in mid-chirp."""
+    its, ours = KINDS[kind]
+    made.robot(**{**its, **(robot or {})})
+    given = {"command.joints": ["shoulder", JOINT], "limits.state_timeout_s": 1.0, **ours, **parameters}
+    for _ in range(TRIES):
+        made.exciter(**given)
+        made.states.clear()
+        refusal = made.start_exciting()
+        assert not refusal, refusal
+        if made.until("exciting"):
+            made.spin(1.3)
+            if made.processes["chirp_exciter"].poll() is None and made.state["state"] == "exciting":
+                return
+        made.processes["chirp_exciter"].terminate()
+        assert made.ended("chirp_exciter") is not None
+        said = made.output("chirp_exciter")
+        assert any(text in said for text in TOO_BUSY), said
+        made.log("chirp_exciter").write_text("")
+    raise AssertionError(f"the machine is too busy:\n{said}")
+
+
+def guard_pid(made: Rig) -> int:
+    """The process that guards the exciter."""
+    parent = made.processes["chirp_exciter"].pid
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    assert len(children) == 1, children
+    return int(children[0])
+
+
+def stands(made: Rig, since: float, *, start: float = 0.0) -> np.ndarray:
+    """The truth since an instant, of a joint that must have come to rest without leaving its limits."""
+    truth = made.truth()
+    assert np.abs(truth[:, 2] - start).max() <= POSITION_LIMIT
+    assert np.abs(truth[:, 4]).max() <= VELOCITY_LIMIT
+    assert np.abs(truth[:, 1] - truth[0, 1]).max() < 0.02, "the other joint has moved"
+    after = truth[truth[:, 0] > since]
+    end = after[after[:, 0] > after[-1, 0] - 0.3]
+    assert np.abs(end[:, 4]).max() < STOPPED, "it still moves"
+    return after
+
+
+def ready(made: Rig, timeout_s: float = 30.0) -> None:
+    """Wait until the exciter says that all is there."""
+    end = time.monotonic() + timeout_s
+    while "all that it needs is there" not in made.output("chirp_exciter"):
+        assert time.monotonic() < end, made.output("chirp_exciter")
+        made.spin(0.2)
+    made.spin(0.5)

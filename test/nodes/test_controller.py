@@ -1,0 +1,76 @@
+"""What the controller is, is asked: wrong orders refused before the first command, open ones filled in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+pytest.importorskip("rclpy", reason="needs rclpy")
+from rig import JOINT, rig
+from stand_in import KINDS, TOPIC, exciting
+
+pytestmark = pytest.mark.ros
+CONFIG = Path(__file__).resolve().parents[2] / "config"
+
+
+@pytest.mark.parametrize(
+    ("kind", "robot", "given", "text"),
+    [
+        ("position", {}, {"command.joints": [JOINT, "shoulder"]}, "in that order, command.joints holds elbow"),
+        ("velocity", {}, {"command.interface": "position"}, "command.interface is position"),
+        ("trajectory", {}, {"command.joints": [JOINT]}, "command.joints lacks shoulder"),
+        ("position", {"controlled": ["shoulder"]}, {"command.joints": [JOINT]}, "and not 'elbow'"),
+    ],
+)  # fmt: skip
+def test_a_mismatch_is_refused_and_nothing_moves(
+    kind: str, robot: dict[str, Any], given: dict[str, Any], text: str, tmp_path: Path
+) -> None:
+    with rig(tmp_path) as made:
+        its, ours = KINDS[kind]
+        made.robot(**{**its, **robot})
+        made.exciter(**{"command.joints": ["shoulder", JOINT], **ours, **given})
+        assert text in made.start_exciting(30.0, expected=text)
+        made.spin(0.5)
+        truth = made.truth()
+        assert np.abs(truth[:, 1:3] - truth[0, 1:3]).max() == 0.0
+
+
+@pytest.mark.parametrize("kind", ["position", "trajectory"])
+def test_joints_that_are_left_open_are_filled_in(kind: str, tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        exciting(made, kind, **{"command.joints": []})
+        truth = made.truth()
+        assert np.ptp(truth[:, 2]) > 0.1
+        assert np.ptp(truth[:, 1]) < 0.01, "the other joint has moved"
+
+
+def test_the_shipped_configuration_moves_a_trajectory_controller_of_several_joints(tmp_path: Path) -> None:
+    shipped = yaml.safe_load((CONFIG / "ros2_control.yaml").read_text())["/**"]["ros__parameters"]
+    with rig(tmp_path) as made:
+        joints = ["joint_1", "joint_2", "joint_3"]
+        made.robot(trajectory=True, controller="joint_trajectory_controller", joints=joints, controlled=joints,
+                   positions=[0.5, 0.0, -0.3], limit=1.0)  # fmt: skip
+        flat = {
+            f"{group}.{key}": value for group in ("command", "chirp", "limits") for key, value in shipped[group].items()
+        }
+        flat |= {"joint": shipped["joint"], "rate_hz": shipped["rate_hz"], "limits.state_timeout_s": 1.0}
+        made.exciter(**{**flat, "chirp.duration_s": 5.0, "chirp.start_frequency_hz": 0.5})
+        assert made.start_exciting() == ""
+        assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
+        truth = made.truth(joints=3)
+        assert np.ptp(truth[:, 2]) > 0.1
+        assert np.ptp(truth[:, [1, 3]], axis=0).max() < 0.01
+
+
+def test_an_inactive_controller_is_found_out(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.robot(active=False)
+        made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.state_timeout_s": 1.0})
+        assert made.start_exciting() == ""
+        assert made.ended("chirp_exciter") == 3
+        assert "the joint does not follow" in made.output("chirp_exciter")
+        assert "is the controller active" in made.output("chirp_exciter")

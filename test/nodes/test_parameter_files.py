@@ -1,0 +1,81 @@
+"""A parameter file that holds nothing for a node, or a key twice, is refused before anything moves."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="needs rclpy")
+from flex_ident.errors import ConfigurationError
+from flex_ident.nodes.parameter_files import parameter_files, section_applies, sections_in
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.mark.parametrize(
+    ("section", "node", "applies"),
+    [
+        ("/**", "/left/arm/chirp_exciter", True), ("chirp_exciter", "/chirp_exciter", True),
+        ("/chirp_exciter", "/chirp_exciter", True), ("chirp_exciter", "/left/chirp_exciter", False),
+        ("chirp_exciter", "/exciter_left", False), ("/**/chirp_exciter", "/left/chirp_exciter", True),
+        ("/**/chirp_exciter", "/chirp_exciter", True), ("/*/chirp_exciter", "/left/chirp_exciter", True),
+        ("/*/chirp_exciter", "/chirp_exciter", False), ("/right/chirp_exciter", "/left/chirp_exciter", False),
+        ("left/chirp_exciter", "/left/chirp_exciter", True), ("chirp", "/chirp_exciter", False),
+    ],
+)  # fmt: skip
+def test_sections_apply_as_ros_takes_them(section: str, node: str, applies: bool) -> None:
+    assert section_applies(section, node) == applies
+
+
+def test_namespaces_may_be_nested(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text("left:\n  arm:\n    chirp_exciter:\n      ros__parameters:\n        joint: a\n")
+    assert sections_in(file) == ["/left/arm/chirp_exciter"]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("/**:\n  ros__parameters:\n    joint: a\n    joint: b\n", "the key 'joint' stands twice, again in line 4"),
+        ("/**: [\n", "expected"),
+        ("a: b: c\n", "mapping values"),
+    ],
+)
+def test_what_is_ambiguous_is_refused(text: str, why: str, tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError, match=why):
+        sections_in(file)
+
+
+def test_the_files_on_the_command_line() -> None:
+    given = ["node", "--ros-args", "--params-file", "a.yaml", "-p", "x:=1", "--params-file", "b.yaml"]
+    assert parameter_files(given) == [Path("a.yaml"), Path("b.yaml")]
+
+
+@pytest.mark.parametrize(
+    ("node", "more", "section", "taken"),
+    [
+        ("chirp_exciter", ["-r", "__node:=exciter_left"], "chirp_exciter", False),
+        ("chirp_exciter", ["-r", "__ns:=/left"], "chirp_exciter", False),
+        ("identifier", ["-r", "__node:=other"], "identifier", False),
+        ("simulated_joint", ["-r", "__ns:=/left"], "/right/simulated_joint", False),
+        ("chirp_exciter", ["-r", "__ns:=/left"], "/left/chirp_exciter", True),
+        ("chirp_exciter", ["-r", "__ns:=/left"], "/**/chirp_exciter", True),
+    ],
+)
+def test_a_file_of_which_no_section_applies_is_refused(
+    node: str, more: list[str], section: str, taken: bool, tmp_path: Path
+) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text(f"{section}:\n  ros__parameters:\n    {'rate_hz: 1.0' if taken else 'joint: a'}\n")
+    command = [sys.executable, "-m", "flex_ident.nodes", node, "--ros-args", "-p", "joint:=a"]
+    done = subprocess.run(
+        [*command, *more, "--params-file", str(file)], capture_output=True, text=True, timeout=60
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert ("rate_hz is 1.0" if taken else f"{file}: no section applies to /") in done.stderr
+    assert done.stderr.count("\n") == 1
