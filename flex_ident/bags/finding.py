@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from flex_ident.bags.messages import Topic
 from flex_ident.bags.motions import (
-    STILL,
     is_joint_state,
     joint_state_topics,
     link_names,
@@ -75,7 +74,7 @@ class SignalFinder:
         motions = motions_of(self._bag, topics)
         for topic in topics:
             here = [m for m in motions if m.topic == topic and not m.link]
-            if any(m.range > STILL for m in here):
+            if any(m.moves for m in here):
                 return moving_joint(here), topic
         return moving_joint(motions), topics[0]
 

@@ -172,6 +172,12 @@ class Code(StrEnum):
         "The gravity that the controller adds is not in the effort: MX and MY are what its model of the arm leaves.",
         "Record the effort before that is subtracted, if the arm's own gravity is wanted; or say --effort-kind motor.",
     )  # fmt: skip
+    EFFORT_KIND_UNCLEAR = (
+        "effort_kind_unclear", "doubt",
+        "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was "
+        "taken as the motor's torque, and the intervals reach as far as the other would move them.",
+        "Say --effort-kind motor or --effort-kind gravity_compensated.",
+    )  # fmt: skip
     EFFORT_UNSIGNED = (
         "effort_unsigned", "reject",
         "The effort never changes sign: it is an absolute value.",
@@ -211,7 +217,12 @@ class Code(StrEnum):
     )  # fmt: skip
     OTHER_JOINTS_MOVE = (
         "other_joints_move", "info",
-        "Other joints move in the recording: their motion loads this one, which the model does not know.",
+        "Other joints move in the recording: their motion may load this one, which the model does not know.",
+        "Move this joint alone, all others held; or give the robot with --urdf.",
+    )  # fmt: skip
+    OTHER_JOINTS_EXPLAIN = (
+        "other_joints_explain", "doubt",
+        "What the model leaves is in part the motion of other joints: their inertia, speed or weight loads this one.",
         "Move this joint alone, all others held; or give the robot with --urdf.",
     )  # fmt: skip
     CONSTANT_SPEED = (

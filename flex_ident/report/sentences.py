@@ -172,10 +172,7 @@ def _base_not_determined(n: Notice) -> str:
 
 def _other_joints(n: Notice) -> str:
     count = int(n.numbers["count"])
-    return (
-        f"{count} other joint{'s move' if count > 1 else ' moves'} ({n.texts['joints']}): their motion loads this one, "
-        "which the model does not know. Move this joint alone, all others held."
-    )
+    return f"{count} other joint{'s' if count > 1 else ''} moved: {n.texts['joints']}."
 
 
 LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
@@ -292,12 +289,28 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "motor shaft's too, give --effort-scale {gear_ratio:g}."
     ),
     Code.EFFORT_REVERSED: REVERSED,
-    Code.EFFORT_JOINT_SENSOR: (
-        "the effort is the torque through the transmission, from a sensor behind the gear: the motor's inertia and "
-        "friction are not in it."
-    ),
-    Code.EFFORT_GRAVITY_COMPENSATED: (
-        "the effort is without the gravity that the controller adds: MX and MY are what its model of the arm leaves."
+    Code.EFFORT_JOINT_SENSOR: {
+        "found": (
+            "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor "
+            "inertia of less than {inertia_percent:.2g} % of the link's, and no friction of a motor. Jm, FVm and FSm "
+            "are not in it; if it is the motor's, say --effort-kind motor."
+        ),
+        "given": (
+            "the effort was taken as the torque through the transmission, as you say: Jm, FVm and FSm are not in it."
+        ),
+    },
+    Code.EFFORT_GRAVITY_COMPENSATED: {
+        "found": (
+            "the effort is less the gravity that the controller adds: that explains torque and mode better than the "
+            "motor's torque does (by {gain:.3g} in twice the log-likelihood; 20 are clear). If it is the motor's, say "
+            "--effort-kind motor."
+        ),
+        "given": "the effort was taken as less the gravity that the controller adds, as you say.",
+    },
+    Code.EFFORT_KIND_UNCLEAR: (
+        "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
+        "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would move "
+        "them."
     ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
@@ -307,6 +320,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.LINK_SKEW_BELOW_A_SAMPLE: _below_a_sample("link position"),
     Code.JOINT_STILL: "joint {subject} is held: it moves {moved:.2g} only. Record while it follows a chirp.",
     Code.OTHER_JOINTS_MOVE: _other_joints,
+    Code.OTHER_JOINTS_EXPLAIN: (
+        "the motion of other joints ({joints}) explains {share_percent:.0f} % of what the model leaves, by energy, "
+        "where it was not fitted: it loads this joint, which the model does not know. Move this joint alone, all "
+        "others held."
+    ),
     Code.CONSTANT_SPEED: (
         "the joint moves at one speed: viscous and Coulomb friction cannot be told apart. Record a chirp."
     ),
