@@ -56,7 +56,7 @@ class SignalFinder:
             return [self._places(joint, topic)]
         if not self._states:
             there = ", ".join(sorted(self.topics)) or "no topic"
-            raise SignalError(f"{self._bag.path}: no joint_states topic: it has {there}.")
+            raise SignalError(f"{self._bag.name}: no joint_states topic: it has {there}.")
         if joint is None:
             return [self._places(*self._moving(self._states))]
         return [self._places(name, topic) for topic in self._states for name in motor_names(joint)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,8 @@ HELD = 0.02
 """A joint that moves less than this share of the one that moves most counts as held."""
 FEWEST = 3
 """Messages below which one cannot say whether a joint moved."""
+GROUP, OUTLIERS = 8, 2
+"""Of so many positions in a row, so many at either end say nothing of how far a joint moved: they may be outliers."""
 
 
 @dataclass
@@ -34,6 +36,8 @@ class JointMotion:
     high: float = -np.inf
     largest_effort: float = 0.0
     link: bool = False
+    _left: Floats = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+    """Positions that wait for others to make a group."""
     smallest_step: float = np.inf
     """Smallest change of its position from one message to the next."""
     _fresh: int = 0
@@ -44,7 +48,9 @@ class JointMotion:
 
     @property
     def range(self) -> float:
-        """Range of positions, rad or m; 0 when it has none."""
+        """Range of positions, rad or m, single outliers left out; 0 when it has none."""
+        if not np.isfinite(self.low):
+            return float(np.ptp(self._left)) if self._left.size else 0.0
         return self.high - self.low if self.high > self.low else 0.0
 
     @property
@@ -59,15 +65,23 @@ class JointMotion:
     @property
     def has_position(self) -> bool:
         """Whether any of its positions is a finite number."""
-        return bool(np.isfinite(self.low))
+        return bool(np.isfinite(self.low)) or self._left.size > 0
 
     def add(self, position: Floats, effort: Floats) -> None:
         """Take in further messages, (k,) each."""
         self.messages += position.size
         position, effort = position[np.isfinite(position)], np.abs(effort[np.isfinite(effort)])
-        if position.size:
-            self.low, self.high = min(self.low, float(position.min())), max(self.high, float(position.max()))
-            self._follow(position)
+        fresh = position
+        if self._left.size:
+            position = np.concatenate((self._left, position))
+        whole = position.size // GROUP * GROUP
+        self._left = position[whole:].copy()
+        if whole:
+            groups = np.partition(position[:whole].reshape(-1, GROUP), (OUTLIERS, -1 - OUTLIERS), axis=1)
+            self.low = min(self.low, float(groups[:, OUTLIERS].min()))
+            self.high = max(self.high, float(groups[:, -1 - OUTLIERS].max()))
+        if fresh.size:
+            self._follow(fresh)
         if effort.size:
             self.largest_effort = max(self.largest_effort, float(effort.max()))
 

@@ -20,6 +20,7 @@ from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.clocks import RawSignal, signals_of
+from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
 from flex_ident.recording.stillness import refuse_held
 from flex_ident.report.sentences import sentence
@@ -49,7 +50,7 @@ def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) 
         joint, signals, notices, origin, others = _signals(bag, selection, progress)
     _check_signals(signals, joint, named=selection.effort is not None)
     return aligned_recording(
-        signals, joint=joint, notices=notices, path=str(bag.path), sha256=digest.result(), start_time_s=origin,
+        signals, joint=joint, notices=notices, path=bag.name, sha256=digest.result(), start_time_s=origin,
         others=others,
     )  # fmt: skip
 
@@ -74,6 +75,7 @@ def _signals(
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     signals, dropped, origin = signals_of(raw, joint=chosen.joint, factors=factors)
     signals, wrapped = unwrapped(signals, factors)
+    signals, mended = mended_signals(signals, {role: abs(factor) for role, factor in factors.items()})
     if repeats_motor(signals):
         if selection.link_position or selection.sensors == "motor+link":
             raise _no_second_encoder(raw["link_position"].source)
@@ -83,7 +85,7 @@ def _signals(
     near = {p.name: found[p] for p in beside if p.topic == chosen.motor.topic and p not in chosen.all()}
     others = tracks(near, next(s for s in signals if s.role == "motor_position"), origin)
     moved = moved_notice(others)
-    said = [*bag.notices(), *notices, *dropped, *wrapped, *_unit_notices(selection, chosen)]
+    said = [*bag.notices(), *notices, *dropped, *wrapped, *mended, *_unit_notices(selection, chosen)]
     collected = dict.fromkeys([*said, *([moved] if moved is not None else [])])
     return chosen.joint, signals, list(collected), origin, others
 

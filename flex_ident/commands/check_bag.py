@@ -208,6 +208,8 @@ def _doubts(recording: Recording) -> list[str]:
         found.append("part of the bag is lost, by the warning below")
     if any(notice.code in NOT_SI for notice in recording.notices):
         found.append("not in SI units, by the warning below: no result will be trusted")
+    if any(notice.severity != "info" and notice.code not in NOT_SI for notice in recording.notices):
+        found.append("repaired where that can leave a mark, by the warning below: no result will be trusted")
     return found
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters.effort_kinds import EFFORT_KINDS
+from flex_ident.recording.names import shortened
 
 Value = str | float | bool
 
@@ -47,7 +48,7 @@ class Setting:
 
     def checked(self, value: object, where: str) -> Value:
         """`value` in the setting's type. Raises ConfigurationError that names `where` and what is allowed."""
-        problem = ConfigurationError(f"{where}: {self.key} is {value!r}: expected {self.range_text}.")
+        problem = ConfigurationError(f"{where}: {self.key} is {shortened(value)}: expected {self.range_text}.")
         if isinstance(self.default, bool):
             if not isinstance(value, bool):
                 raise problem

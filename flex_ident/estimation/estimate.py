@@ -34,7 +34,7 @@ CORRELATED_S = 0.5
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 """Nuisances that wait until the model is nearly right."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
-ROUNDS = ((10, 1e-4), (10, 1e-5), (10, 1e-6))
+ROUNDS = ((10, 1e-4), (10, 1e-5), (15, 1e-7))
 """Iterations, and share of the cost saved at which a round ends."""
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
 """First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
@@ -158,7 +158,7 @@ def base_fit(
     for iterations, tolerance in ROUNDS:
         _refuse_runaway(problem, values)
         whitenings = solver.whitenings(values)
-        fit = solver.solve((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
+        fit = solver.finished((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
         values = fit.values
         done += 1
         if progress is not None:

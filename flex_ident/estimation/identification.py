@@ -19,7 +19,6 @@ from flex_ident.filtering.spectral import ORDER
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.notices import Code, Notice
-from flex_ident.notices.codes import NOT_SI
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
@@ -84,11 +83,11 @@ def identify(
 
     `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
     position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares, without MX and MY
-    where it is `prismatic`. What was not recorded in SI units is not trusted.
+    where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
     result = _identified(recording, options or IdentifyOptions(), prismatic, progress)
     codes = {notice.code for notice in result.notices}
-    if result.verdict == "trusted" and codes & set(NOT_SI):
+    if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
         result = replace(result, verdict="doubtful")
     if result.verdict == "rejected" and result.sensors == "motor+link" and Code.EFFORT_REVERSED not in codes:
         notice = motor_equation_notice(recording)

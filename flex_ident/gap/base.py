@@ -70,7 +70,7 @@ def polished(solver: SteadyFit, keys: Sequence[str], values: Mapping[str, float]
     """The fit over `keys` from values near its optimum. Raises ExcitationError."""
     fit: Fit | None = None
     for iterations, tolerance in SEARCH_ROUNDS:
-        fit = solver.solve(keys, values, solver.whitenings(values), iterations=iterations, tolerance=tolerance)
+        fit = solver.finished(keys, values, solver.whitenings(values), iterations=iterations, tolerance=tolerance)
         values = fit.values
     assert fit is not None
     return fit

@@ -98,3 +98,15 @@ def test_the_strongest_cause_is_named_and_structure_says_its_numbers() -> None:
     assert found[Code.CAUSE_SUSPECTED].subject == "hysteresis"
     assert found[Code.CAUSE_SUSPECTED].numbers == {"moved_stds": 4.0, "gain": 500.0}
     assert found[Code.STRUCTURED_RESIDUAL].numbers == {"gap": 3.0, "noise": 1.0}
+
+
+def test_without_structure_the_cause_named_is_one_that_moves_a_parameter() -> None:
+    """The recording may speak louder for an effect that does no harm: the doubt is about the other."""
+    both = (Suspect("kinematic_error", 500.0, np.zeros(3)), suspect(100.0))
+    verdict, notices = judged(
+        replace(SOUND, suspects=both, moved={"kinematic_error": 0.1 * MOVED, "backlash": 2.0 * MOVED})
+    )
+    assert verdict == "doubtful"
+    (notice,) = notices
+    assert notice.subject == "backlash"
+    assert notice.numbers["moved_stds"] == 2.0 * MOVED

@@ -5,7 +5,7 @@ import pytest
 from made_up import CUTOFF, RATE, TIME, problem, reduced, white
 from scipy.signal import chirp, lfilter
 
-from flex_ident.likelihood.noise import noise_above_band, noise_floor, noise_whitening, quiet_share
+from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor, noise_whitening
 
 MOTION = 200.0 * chirp(TIME, 0.1, TIME[-1], 0.8 * CUTOFF, "logarithmic")
 COLOURS = {
@@ -70,9 +70,8 @@ def test_whitened_noise_has_unit_variance_and_no_memory(colour: str) -> None:
         assert abs(float(np.corrcoef(whitened[lag:], whitened[:-lag])[0, 1])) < 0.12
 
 
-@pytest.mark.parametrize(("moving", "share"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
-def test_quiet_share_is_that_of_cells_without_motion(moving: float, share: float) -> None:
-    noise = white()
-    loud = 300.0 * white(5) * (moving * TIME[-1] > TIME)
-    made = problem(noise + loud)
-    assert quiet_share(made, reduced(noise)) == pytest.approx(share, abs=0.05)
+@pytest.mark.parametrize(("moving", "quiet"), [(0.0, True), (0.3, True), (0.75, False), (1.0, False)])
+def test_recording_is_quiet_where_most_of_it_holds_no_motion(moving: float, quiet: bool) -> None:
+    noise = reduced(white())
+    steady = noise_floor(noise, np.ones(noise.size, bool), RATE / 10.0)
+    assert is_quiet(problem(white() + 300.0 * white(5) * (moving * TIME[-1] > TIME)), steady) is quiet

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from made_up import RATE, TIME, problem, reduced, white
 
-from flex_ident.likelihood.remainder import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STANDSTILL, Remainder, remainder
+from flex_ident.likelihood.remainder import (
+    OWN_ERROR,
+    OWN_ERROR_AT_REVERSALS,
+    STANDSTILL,
+    STRUCTURE,
+    Remainder,
+    remainder,
+)
 
 MOTION = 50.0 * white(7)
 """A torque in which every cell of time and frequency holds motion, above the band too where it is not filtered."""
@@ -27,10 +34,10 @@ def left(made: Any, values: dict[str, float] | None = None, standstill: float = 
     ("gap", "floor", "own_error", "structured"),
     [
         (1.00, 1.0, 0.0, False),
-        (1.11, 1.0, 0.0, False),
-        (1.13, 1.0, 0.0, True),
-        (1.13, 1.0, 0.6, False),  # sqrt(1.13^2 - 1) = 0.53
-        (1.13, 1.0, 0.5, True),
+        (0.99 * STRUCTURE, 1.0, 0.0, False),
+        (1.01 * STRUCTURE, 1.0, 0.0, True),
+        (2.00, 1.0, 1.8, False),  # sqrt(2^2 - 1) = 1.73
+        (2.00, 1.0, 1.7, True),
         (0.40, 1.0, 0.0, False),
         (0.30, 0.0, 0.2, True),
         (0.10, 0.0, 0.2, False),

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flex_ident.estimation.estimate import base_fit
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
-from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.fit import Fit, key_bounds
+from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Recording
-from flex_ident.screening.scoring import following_of, orthonormal, projected
+from flex_ident.screening.candidates import candidates
+from flex_ident.screening.scoring import following_of, orthonormal, projected, scores
 from flex_ident.screening.suspects import (
     NO_CAUSE,
     STRONG,
@@ -112,6 +115,18 @@ def test_nothing_hidden_nothing_suspected() -> None:
     wide = widened(own, found, remainder(solver, fit))
     for key in fit.free:
         assert own.std(key) <= wide.std(key) < 1.5 * own.std(key), key
+
+
+def test_no_effect_is_taken_for_larger_than_it_can_be() -> None:
+    """An effect that the nuisances imitate but for rounding has no size that the residual tells."""
+    problem, near = rigid(0.0)[0].problem, rigid(0.0)[1]
+    solver, fit = base_fit(problem, near.free, near.values, model_priors(problem))
+    for score in scores(solver, fit, candidates(problem, fit.values)):
+        if score.shift is None:
+            continue
+        for key, size in score.candidate.start(score.sizes).items():
+            low, high = key_bounds(key, solver.priors)
+            assert low <= size <= high, f"{key} {size:.3g}, {score.orthogonal:.1g} of it beyond the model's own"
 
 
 def uncertain(seed: int = 0) -> Uncertainty:
