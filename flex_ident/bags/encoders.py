@@ -27,7 +27,7 @@ def unwrapped(signals: list[Signal], factors: Mapping[Role, float]) -> tuple[lis
     for signal in signals:
         turn = 2.0 * math.pi * abs(factors.get(signal.role, 1.0))
         if signal.role in ("motor_position", "link_position") and _wraps(signal.values, turn):
-            notices.append(Notice(Code.POSITION_UNWRAPPED, signal.source))
+            notices.append(Notice(Code.POSITION_UNWRAPPED, signal.source, texts={"case": "turn"}))
             signal = replace(signal, values=np.unwrap(signal.values, period=turn))
         found.append(signal)
     return found, notices

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from flex_ident.bags.messages import Topic
 from flex_ident.bags.motions import (
-    STILL,
     is_joint_state,
     joint_state_topics,
     link_names,
@@ -57,7 +56,7 @@ class SignalFinder:
             return [self._places(joint, topic)]
         if not self._states:
             there = ", ".join(sorted(self.topics)) or "no topic"
-            raise SignalError(f"{self._bag.path}: no joint_states topic: it has {there}.")
+            raise SignalError(f"{self._bag.name}: no joint_states topic: it has {there}.")
         if joint is None:
             return [self._places(*self._moving(self._states))]
         return [self._places(name, topic) for topic in self._states for name in motor_names(joint)]
@@ -75,7 +74,7 @@ class SignalFinder:
         motions = motions_of(self._bag, topics)
         for topic in topics:
             here = [m for m in motions if m.topic == topic and not m.link]
-            if any(m.range > STILL for m in here):
+            if any(m.moves for m in here):
                 return moving_joint(here), topic
         return moving_joint(motions), topics[0]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -22,9 +23,12 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.errors import SignalError
 from flex_ident.recording import Floats
+from flex_ident.recording.names import decoded
 
 ENCAPSULATION = 4
 REMEMBERED = 64
+FEW_ALIKE, RARE = 3, 0.01
+"""Messages of the same names, in number and in share of all, up to which they are taken as damaged."""
 EMPTY = "structure_needs_at_least_one_member"
 """The byte that stands for a message without fields; ROS 1 does without."""
 NUMBERS = {
@@ -154,7 +158,7 @@ class _Walk:
         raw = self.payload[self.at : self.at + size]
         if len(raw) != size:
             raise struct.error("a text runs over the end")
-        self.texts[path] = raw.rstrip(b"\0").decode("utf-8", "replace")
+        self.texts[path] = decoded(raw.rstrip(b"\0"))
         if path.partition(".")[0] in self.keys:
             self.fixed += range(self.at, self.at + size)
         self.at += size
@@ -184,6 +188,8 @@ class MessageLayouts:
         """Fields of each message type, as rosbags describes them."""
         self.damaged = 0
         """Messages that could not be decoded."""
+        self.named: Counter[tuple[str, ...]] = Counter()
+        """Messages of joint states by the names in them."""
 
     def __call__(self, block: Block) -> Iterator[tuple[Layout, NDArray[np.uint8], NDArray[np.int64]]]:
         """The block's messages, layout by layout: the layout, payloads (k, length), their places (k,) in the block."""
@@ -202,11 +208,18 @@ class MessageLayouts:
                     left, rows = left[1:], rows[1:]
                     continue
                 fits = layout.fits(rows)
+                self.named[layout.names] += int(np.count_nonzero(fits))
                 if fits.all():
                     yield layout, rows, left
                     break
                 yield layout, rows[fits], left[fits]
                 left, rows = left[~fits], rows[~fits]
+
+    @property
+    def misnamed(self) -> int:
+        """Messages whose names hardly any other message holds: damaged ones, and no second publisher's."""
+        total = self.named.total()
+        return sum(n for n in self.named.values() if n <= FEW_ALIKE and n < RARE * total)
 
     def _layout(self, row: NDArray[np.uint8]) -> Layout | None:
         for layout in self._layouts:

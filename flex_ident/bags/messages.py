@@ -55,6 +55,10 @@ class Storage(Protocol):
         """The messages of the wanted topics, in blocks of bounded size; those of one topic in the file's order."""
         ...
 
+    def announced(self) -> dict[str, int]:
+        """Messages of each topic by the file's own indexes, as far as it has any; complete after `blocks`."""
+        ...
+
     def notices(self) -> tuple[Notice, ...]:
         """What could not be read, complete only after `blocks` ran to its end."""
         ...

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +14,15 @@ from flex_ident.bags.selection import JOINT_STATES, is_link_topic, is_reference_
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.recording import Floats
+from flex_ident.recording.stillness import FEW_STEPS, STILL, UNRELATED, WANDERING, still_error
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 HELD = 0.02
 """A joint that moves less than this share of the one that moves most counts as held."""
 FEWEST = 3
 """Messages below which one cannot say whether a joint moved."""
-STILL = 1e-6
-"""A range of positions, rad or m, below which nothing moved."""
+GROUP, OUTLIERS = 8, 2
+"""Of so many positions in a row, so many at either end say nothing of how far a joint moved: they may be outliers."""
 
 
 @dataclass
@@ -35,25 +36,67 @@ class JointMotion:
     high: float = -np.inf
     largest_effort: float = 0.0
     link: bool = False
+    _left: Floats = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+    """Positions that wait for others to make a group."""
+    smallest_step: float = np.inf
+    """Smallest change of its position from one message to the next."""
+    _fresh: int = 0
+    _sums: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Sums over changed positions: their distance from the first one met, its square, and that of each change."""
+    _origin: float = np.nan
+    _last: float = np.nan
 
     @property
     def range(self) -> float:
-        """Range of positions, rad or m; 0 when it has none."""
+        """Range of positions, rad or m, single outliers left out; 0 when it has none."""
+        if not np.isfinite(self.low):
+            return float(np.ptp(self._left)) if self._left.size else 0.0
         return self.high - self.low if self.high > self.low else 0.0
+
+    @property
+    def moves(self) -> bool:
+        """Whether it does more than noise, or the last digits of its encoder: see `recording.stillness`."""
+        if self.range < STILL or self.range < FEW_STEPS * self.smallest_step:
+            return False
+        total, squares, changes = self._sums
+        variance = squares / self._fresh - (total / self._fresh) ** 2 if self._fresh else 0.0
+        return self.range > WANDERING or changes < 2.0 * UNRELATED * variance * self._fresh
 
     @property
     def has_position(self) -> bool:
         """Whether any of its positions is a finite number."""
-        return bool(np.isfinite(self.low))
+        return bool(np.isfinite(self.low)) or self._left.size > 0
 
     def add(self, position: Floats, effort: Floats) -> None:
         """Take in further messages, (k,) each."""
         self.messages += position.size
         position, effort = position[np.isfinite(position)], np.abs(effort[np.isfinite(effort)])
-        if position.size:
-            self.low, self.high = min(self.low, float(position.min())), max(self.high, float(position.max()))
+        fresh = position
+        if self._left.size:
+            position = np.concatenate((self._left, position))
+        whole = position.size // GROUP * GROUP
+        self._left = position[whole:].copy()
+        if whole:
+            groups = np.partition(position[:whole].reshape(-1, GROUP), (OUTLIERS, -1 - OUTLIERS), axis=1)
+            self.low = min(self.low, float(groups[:, OUTLIERS].min()))
+            self.high = max(self.high, float(groups[:, -1 - OUTLIERS].max()))
+        if fresh.size:
+            self._follow(fresh)
         if effort.size:
             self.largest_effort = max(self.largest_effort, float(effort.max()))
+
+    def _follow(self, position: Floats) -> None:
+        if np.isnan(self._origin):
+            self._origin = self._last = float(position[0])
+        steps = np.abs(np.diff(position, prepend=self._last))
+        changed = steps > 0.0
+        self._last = float(position[-1])
+        if changed.any():
+            away, steps = position[changed] - self._origin, steps[changed]
+            self.smallest_step = min(self.smallest_step, float(steps.min()))
+            self._fresh += away.size
+            added = (float(away.sum()), float(away @ away), float(steps @ steps))
+            self._sums = (self._sums[0] + added[0], self._sums[1] + added[1], self._sums[2] + added[2])
 
 
 def is_joint_state(topic: Topic) -> bool:
@@ -123,7 +166,7 @@ def moving_joint(motions: Iterable[JointMotion]) -> str:
     if longest < FEWEST:
         count = f"{longest} message{'s' if longest > 1 else ''}"
         raise ExcitationError(f"{count} of joint states in all: record at least ten seconds of motion.")
-    most = max(m.range for m in sides)
+    most = max((m.range for m in sides if m.moves), default=0.0)
     empty = [m.name for m in sides if not m.has_position]
     if most < STILL and empty:
         others = f", and no other joint moved: {listed(sides)}" if len(empty) < len(sides) else ""
@@ -132,8 +175,10 @@ def moving_joint(motions: Iterable[JointMotion]) -> str:
             "position with --motor-position."
         )
     if most < STILL:
+        if len(sides) == 1 and sides[0].range > 0.0:
+            raise still_error(sides[0].name, sides[0].range)
         raise ExcitationError(f"no joint moved: {listed(sides)} in rad or m. Record while the joint follows a chirp.")
-    moving = [m for m in sides if m.range > HELD * most]
+    moving = [m for m in sides if m.moves and m.range > HELD * most]
     if len(moving) > 1:
         raise SignalError(f"{len(moving)} joints moved: name one with --joint. Range of each: {listed(sides)}.")
     return moving[0].name

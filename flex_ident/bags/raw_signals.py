@@ -54,6 +54,11 @@ def raw_signals(
         for name, own in layouts.items()
         if own.damaged
     ]
+    notices += [
+        Notice(Code.BAG_DAMAGED, name, {"count": own.misnamed}, {"case": "names"})
+        for name, own in layouts.items()
+        if own.misnamed
+    ]
     return found, notices
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from flex_ident.bags.encoders import refuse_opposite, repeats_motor, unwrapped
 from flex_ident.bags.finding import SignalFinder, SignalPlaces
-from flex_ident.bags.motions import STILL, JointMotion, joint_motions
+from flex_ident.bags.motions import JointMotion, joint_motions
+from flex_ident.bags.other_joints import Track, moved_notice, other_places, tracks
 from flex_ident.bags.raw_signals import raw_signals
 from flex_ident.bags.selection import Place, SignalSelection
 from flex_ident.bags.storage import Bag
@@ -19,10 +20,12 @@ from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.clocks import RawSignal, signals_of
+from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
+from flex_ident.recording.stillness import refuse_held
 from flex_ident.report.sentences import sentence
 
-__all__ = ["STILL", "JointMotion", "Progress", "joint_motions", "read_recording"]
+__all__ = ["JointMotion", "Progress", "joint_motions", "read_recording"]
 
 Progress = Callable[[float], None]
 
@@ -44,20 +47,25 @@ def read_recording(
 def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) -> Recording:
     with ThreadPoolExecutor(1) as pool:
         digest = pool.submit(bag.sha256)
-        joint, signals, notices, origin = _signals(bag, selection, progress)
+        joint, signals, notices, origin, others = _signals(bag, selection, progress)
     _check_signals(signals, joint, named=selection.effort is not None)
     return aligned_recording(
-        signals, joint=joint, notices=notices, path=str(bag.path), sha256=digest.result(), start_time_s=origin
-    )
+        signals, joint=joint, notices=notices, path=bag.name, sha256=digest.result(), start_time_s=origin,
+        others=others,
+    )  # fmt: skip
 
 
 def _signals(
     bag: Bag, selection: SignalSelection, progress: Progress | None
-) -> tuple[str, list[Signal], list[Notice], float]:
-    """The joint's name, its signals, what was done to them, and their origin, s."""
+) -> tuple[str, list[Signal], list[Notice], float, dict[str, Track]]:
+    """The joint's name, its signals, what was done to them, their origin, s, and where other joints were that moved."""
     finder = SignalFinder(bag, selection)
     candidates = finder.candidates()
-    found, notices = raw_signals(bag, [p for places in candidates for p in places.all()], progress=progress)
+    topics = dict.fromkeys(places.motor.topic for places in candidates)
+    names = [places.motor.name or places.joint for places in candidates]
+    beside = [p for topic in topics for p in other_places(bag, finder.topics[topic], [*names, candidates[0].joint])]
+    wanted = [p for places in candidates for p in places.all()]
+    found, notices = raw_signals(bag, [*wanted, *beside], progress=progress)
     chosen = next((places for places in candidates if found[places.motor].received.size), None)
     if chosen is None:
         raise finder.missing(candidates[0])
@@ -67,15 +75,19 @@ def _signals(
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     signals, dropped, origin = signals_of(raw, joint=chosen.joint, factors=factors)
     signals, wrapped = unwrapped(signals, factors)
+    signals, mended = mended_signals(signals, {role: abs(factor) for role, factor in factors.items()})
     if repeats_motor(signals):
         if selection.link_position or selection.sensors == "motor+link":
             raise _no_second_encoder(raw["link_position"].source)
         dropped.append(Notice(Code.LINK_REPEATS_MOTOR, raw["link_position"].source))
         signals = [signal for signal in signals if signal.role != "link_position"]
     refuse_opposite(signals)
-    said = [*bag.notices(), *notices, *dropped, *wrapped, *_unit_notices(selection, chosen)]
-    collected = dict.fromkeys(said)
-    return chosen.joint, signals, list(collected), origin
+    near = {p.name: found[p] for p in beside if p.topic == chosen.motor.topic and p not in chosen.all()}
+    others = tracks(near, next(s for s in signals if s.role == "motor_position"), origin)
+    moved = moved_notice(others)
+    said = [*bag.notices(), *notices, *dropped, *wrapped, *mended, *_unit_notices(selection, chosen)]
+    collected = dict.fromkeys([*said, *([moved] if moved is not None else [])])
+    return chosen.joint, signals, list(collected), origin, others
 
 
 def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: SignalSelection) -> dict[Role, RawSignal]:
@@ -127,9 +139,7 @@ def _check_signals(signals: list[Signal], joint: str, *, named: bool) -> None:
     """Raises ExcitationError without motion, SignalError without effort; `named` by the user: another is to be."""
     by_role = {s.role: s for s in signals}
     motor, torque = by_role["motor_position"], by_role["motor_torque"]
-    moved = float(np.ptp(motor.values))
-    if moved < STILL:
-        raise ExcitationError(f"joint {joint} does not move: its position spans {moved:.2g} rad. Record it in motion.")
+    refuse_held(joint, motor.values)
     if float(np.ptp(torque.values)) == 0.0:
         what = "zero throughout" if not torque.values.any() else f"constant at {torque.values[0]:.4g}"
         how = (

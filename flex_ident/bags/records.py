@@ -7,7 +7,9 @@ together, one strided array a topic. What does not repeat is taken record by rec
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -27,6 +29,8 @@ class MessageRecord(NamedTuple):
 
     topic: str | None
     """None: not wanted."""
+    source: int
+    """Number of its channel or connection."""
     stride: int
     """Bytes to the next record."""
     time: int
@@ -44,18 +48,28 @@ class MessageRecord(NamedTuple):
 Times = Callable[[NDArray[np.uint8]], NDArray[np.int64]]
 
 
+@dataclass
+class Tally:
+    """Messages met of each channel or connection, wanted or not, and where the last walk through a stretch ended."""
+
+    messages: Counter[int] = field(default_factory=Counter)
+    stopped_at: int = 0
+
+
 def record_blocks(
-    data: NDArray[np.uint8], record_at: Callable[[int], MessageRecord | int], times_ns: Times
+    data: NDArray[np.uint8], record_at: Callable[[int], MessageRecord | int], times_ns: Times, tally: Tally
 ) -> Iterator[Block]:
     """The wanted messages in a stretch of records, in blocks; each topic's in the order of the file.
 
     `record_at(i)` is the message at byte i, or the bytes to skip where there is none (0: stop). `times_ns` turns the
-    bytes (k, 8) of receive times into ns.
+    bytes (k, 8) of receive times into ns. All messages are counted in `tally`.
     """
+    tally.stopped_at = 0
     view = memoryview(data.data)
     at, end, wait = 0, data.size, 0
     recent: list[MessageRecord] = []
     pending = _Pending(data, times_ns)
+    counts = tally.messages
     while at < end:
         record = record_at(at)
         if isinstance(record, int):
@@ -67,6 +81,8 @@ def record_blocks(
         if wait == 0:
             cycle, repeats = _cycle(view, data, at, record, recent)
             if repeats:
+                for own in cycle:
+                    counts[own.source] += repeats
                 yield from _repeated(data, at, cycle, repeats, pending, times_ns)
                 at += repeats * sum(r.stride for r in cycle)
                 recent = list(cycle)
@@ -77,9 +93,11 @@ def record_blocks(
         recent.append(record)
         if len(recent) > LONGEST_CYCLE:
             del recent[0]
+        counts[record.source] += 1
         if record.topic is not None:
             yield from pending.add(record, at)
         at += record.stride
+    tally.stopped_at = at
     yield from pending.rest()
 
 

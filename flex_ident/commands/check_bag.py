@@ -10,10 +10,11 @@ import numpy as np
 
 from flex_ident.bags import JointMotion, SignalSelection, joint_motions, read_recording
 from flex_ident.bags.messages import Topic
-from flex_ident.bags.motions import STILL, moving_joint
+from flex_ident.bags.motions import moving_joint
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
+from flex_ident.estimation.identification import refuse_unusable
 from flex_ident.filtering.design import filter_design
 from flex_ident.notices import Code, Notice
 from flex_ident.notices.codes import NOT_SI
@@ -84,6 +85,7 @@ def _obstacle(recording: Recording) -> DataError | None:
         size, rate = recording.time.size, recording.sample_rate_hz
         return ExcitationError(f"{extent_text(size, rate)} are too short: {more_needed(size, rate)}")
     try:
+        refuse_unusable(recording)
         fit_problem(recording, sensors="motor" if recording.link_position is None else "motor+link")
     except DataError as error:
         return error
@@ -96,7 +98,7 @@ def _joints(selection: SignalSelection, motions: Sequence[JointMotion]) -> list[
         return [selection.joint]
     if selection.motor_position is not None or not motions:
         return [None]
-    return list(dict.fromkeys(m.name for m in motions if not m.link and m.range > STILL))
+    return list(dict.fromkeys(m.name for m in motions if not m.link and m.moves))
 
 
 def _contents(path: Path, files: int, topics: Sequence[Topic], damage: Sequence[Notice]) -> str:
@@ -120,7 +122,7 @@ def _motions_text(motions: Sequence[JointMotion]) -> str:
             motion.topic,
             motion.name,
             _messages(motion.messages),
-            f"moved {motion.range:.4g}" if motion.range > STILL else "held" if motion.has_position else "no position",
+            f"moved {motion.range:.4g}" if motion.moves else "held" if motion.has_position else "no position",
             f"effort up to {motion.largest_effort:.4g}" if motion.largest_effort else "no effort",
             "link side" if motion.link else "",
         )
@@ -206,6 +208,8 @@ def _doubts(recording: Recording) -> list[str]:
         found.append("part of the bag is lost, by the warning below")
     if any(notice.code in NOT_SI for notice in recording.notices):
         found.append("not in SI units, by the warning below: no result will be trusted")
+    if any(notice.severity != "info" and notice.code not in NOT_SI for notice in recording.notices):
+        found.append("repaired where that can leave a mark, by the warning below: no result will be trusted")
     return found
 
 

@@ -8,10 +8,13 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flex_ident.configuration.settings import Setting, Value
 from flex_ident.errors import ConfigurationError
+from flex_ident.parameters.documents import yaml_document
+from flex_ident.recording.names import harmless, path_text, shortened
+
+MOST_NAMED = 8
+"""Sections that a message lists."""
 
 
 def flattened(content: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
@@ -39,27 +42,24 @@ def parameters_in(path: Path, names: Collection[str]) -> dict[str, Any]:
 
     Later sections win. Raises ConfigurationError, naming file and section, also when no section applies.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read ({error.strerror}).") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: is not YAML.") from error
+    content, file = yaml_document(path), path_text(path)
     if not isinstance(content, dict):
-        raise ConfigurationError(f"{path}: expected '/**:' and below it 'ros__parameters:'.")
+        raise ConfigurationError(f"{file}: expected '/**:' and below it 'ros__parameters:'.")
     found: dict[str, Any] = {}
     for name, section in content.items():
         if not isinstance(section, dict) or set(section) != {"ros__parameters"}:
-            raise ConfigurationError(f"{path}: below '{name}:' expected 'ros__parameters:' and nothing else.")
+            raise ConfigurationError(f"{file}: below {shortened(name)} expected 'ros__parameters:' and nothing else.")
         given = section["ros__parameters"]
         if given is not None and not isinstance(given, dict):
-            raise ConfigurationError(f"{path}: ros__parameters of '{name}' is {given!r}: expected keys and values.")
+            raise ConfigurationError(
+                f"{file}: ros__parameters of '{harmless(str(name))}' is {shortened(given)}: expected keys and values."
+            )
         if applies(str(name), names):
             found.update(flattened(given or {}))
     if not any(applies(str(name), names) for name in content):
-        there = ", ".join(f"'{name}'" for name in content) or "none"
+        there = ", ".join(f"'{harmless(str(name))}'" for name in list(content)[:MOST_NAMED]) or "none"
         wanted = " or ".join(f"'{name}'" for name in ("/**", *names))
-        raise ConfigurationError(f"{path}: no section applies, there is {there}: expected {wanted}.")
+        raise ConfigurationError(f"{file}: no section applies, there is {there}: expected {wanted}.")
     return found
 
 
@@ -80,7 +80,7 @@ def read_settings(
         if key not in allowed:
             close = difflib.get_close_matches(key, allowed, 1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(sorted(known))}."
-            raise ConfigurationError(f"{path}: unknown key '{key}': {hint}")
+            raise ConfigurationError(f"{path_text(path)}: unknown key {shortened(key)}: {hint}")
         if key in known:
-            result[key] = known[key].checked(value, str(path))
+            result[key] = known[key].checked(value, path_text(path))
     return result

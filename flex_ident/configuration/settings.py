@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.parameters.effort_kinds import EFFORT_KINDS
+from flex_ident.recording.names import shortened
 
 Value = str | float | bool
 
@@ -46,7 +48,7 @@ class Setting:
 
     def checked(self, value: object, where: str) -> Value:
         """`value` in the setting's type. Raises ConfigurationError that names `where` and what is allowed."""
-        problem = ConfigurationError(f"{where}: {self.key} is {value!r}: expected {self.range_text}.")
+        problem = ConfigurationError(f"{where}: {self.key} is {shortened(value)}: expected {self.range_text}.")
         if isinstance(self.default, bool):
             if not isinstance(value, bool):
                 raise problem
@@ -72,6 +74,8 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("reference", "", "where the commanded position is", metavar=PLACE),
     Setting("effort_scale", 1.0, "N m per recorded unit of effort (torque constant x gear ratio); negative turns the "
             "sign", lower=-1e6, upper=1e6, metavar="X"),
+    Setting("effort_kind", "auto", "what the effort is: the motor's torque, that through the gear from a sensor, that "
+            "less the gravity which the controller adds; auto finds out", choices=EFFORT_KINDS),
     Setting("gear_ratio", 1.0, "motor turns per link turn, when the motor position is on the motor shaft",
             lower=-1e5, upper=1e5, metavar="N"),
     Setting("sensors", "auto", "which model: motor position alone, or motor and link position",

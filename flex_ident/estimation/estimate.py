@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flex_ident.errors import ExcitationError
+from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
@@ -21,6 +22,7 @@ from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.regression.verdict import REVERSED
+from flex_ident.screening.coupling import Coupling, coupling_of
 from flex_ident.screening.sketching import effects_in
 from flex_ident.screening.suspects import Suspect, suspects, widened
 
@@ -32,7 +34,7 @@ CORRELATED_S = 0.5
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 """Nuisances that wait until the model is nearly right."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
-ROUNDS = ((10, 1e-4), (10, 1e-5), (10, 1e-6))
+ROUNDS = ((10, 1e-4), (10, 1e-5), (15, 1e-7))
 """Iterations, and share of the cost saved at which a round ends."""
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
 """First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
@@ -54,6 +56,10 @@ class Estimate:
     suspects: tuple[Suspect, ...]
     plain: Uncertainty
     """The uncertainty as if the model were right; `uncertainty` is joined with what suspects would move."""
+    coupling: Coupling | None = None
+    """What the motion of other joints explains of what is left; None where none moved."""
+    kind: KindFit | None = None
+    """Which kind of effort the fit is of, where that was asked."""
 
 
 def validation_blocks(problem: FitProblem) -> Bools:
@@ -115,10 +121,10 @@ def fit_problem(
 
 
 def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: float | None = None) -> dict[str, float]:
-    """Values of the base keys from which the fit converges."""
+    """Values of the base keys from which the fit converges; without Jm among them the effort is a joint sensor's."""
     if problem.rigid:
         return rigid_start(problem, [k for k in keys if k in RIGID_KEYS])
-    start = scanned_start(problem, first_mode_hz=first_mode_hz)
+    start = scanned_start(problem, first_mode_hz=first_mode_hz, motor="Jm" in keys)
     return {k: start.get(k, 0.0) for k in keys if k in FLEXIBLE_KEYS}
 
 
@@ -152,7 +158,7 @@ def base_fit(
     for iterations, tolerance in ROUNDS:
         _refuse_runaway(problem, values)
         whitenings = solver.whitenings(values)
-        fit = solver.solve((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
+        fit = solver.finished((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
         values = fit.values
         done += 1
         if progress is not None:
@@ -201,18 +207,30 @@ def estimated(
     *,
     priors: Mapping[str, Prior] | None = None,
     prismatic: bool = False,
+    kind: str = "motor",
     progress: Progress | None = None,
 ) -> Estimate:
-    """Maximum likelihood over `base_keys` and the nuisances, with uncertainty and a held-out check."""
+    """Maximum likelihood over `base_keys` and the nuisances, with uncertainty and a held-out check.
+
+    `kind`: what the effort is; `auto` finds out, which may change the keys.
+    """
     nuisances = dict(model_priors(problem, effects_in(base_keys)) if priors is None else priors)
+    nuisances = kept_priors(nuisances, base_keys)
 
     def part(low: float, high: float) -> Progress:
         return lambda x: progress(low + x * (high - low)) if progress is not None else None
 
     solver, fit = base_fit(problem, base_keys, start, nuisances, progress=part(0.0, 0.8))
-    found = estimate_of(solver, fit, prismatic=prismatic)
+    kinds = resolved(problem, solver, fit, kind)
+    found = of_kind(estimate_of(kinds.solver, kinds.fit, prismatic=prismatic), kinds)
     part(0.8, 1.0)(1.0)
     return found
+
+
+def of_kind(estimate: Estimate, kinds: KindFit) -> Estimate:
+    """The estimate with what is known of its effort; a kind that cannot be ruled out is in its uncertainty."""
+    own = kinds.refitted(estimate.solver, estimate.fit).weighed(estimate.uncertainty)
+    return replace(estimate, kind=own, uncertainty=own.joined(estimate.uncertainty))
 
 
 def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Estimate:
@@ -226,4 +244,6 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         remainder(solver, fit),
         suspects(solver, fit, prismatic=prismatic),
     )
-    return Estimate(problem, solver, fit, widened(plain, found, left), validation, trained.values, left, found, plain)
+    joined = widened(plain, found, left)
+    coupling = coupling_of(solver, fit)
+    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, coupling)

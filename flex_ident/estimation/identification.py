@@ -19,7 +19,6 @@ from flex_ident.filtering.spectral import ORDER
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.notices import Code, Notice
-from flex_ident.notices.codes import NOT_SI
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
@@ -31,8 +30,16 @@ from flex_ident.parameters import (
     Sensors,
     TorqueCurves,
 )
+from flex_ident.parameters.effort_kinds import (
+    GRAVITY_COMPENSATED,
+    GRAVITY_REMOVED,
+    JOINT_SENSOR,
+    MOTOR_KEYS,
+)  # fmt: skip
 from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Floats, Recording
+from flex_ident.recording.signs import refuse_unsigned
+from flex_ident.recording.stillness import refuse_held
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
@@ -44,6 +51,8 @@ MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
+SENSOR_LEFT = 0.1
+"""Share of the torque's energy that the start of a joint sensor's fit may leave where no motor fits."""
 REPORTED = (
     "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "reversal_speed", "presliding",
     "reversal_lead",
@@ -74,11 +83,11 @@ def identify(
 
     `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
     position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares, without MX and MY
-    where it is `prismatic`. What was not recorded in SI units is not trusted.
+    where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
     result = _identified(recording, options or IdentifyOptions(), prismatic, progress)
     codes = {notice.code for notice in result.notices}
-    if result.verdict == "trusted" and codes & set(NOT_SI):
+    if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
         result = replace(result, verdict="doubtful")
     if result.verdict == "rejected" and result.sensors == "motor+link" and Code.EFFORT_REVERSED not in codes:
         notice = motor_equation_notice(recording)
@@ -87,9 +96,17 @@ def identify(
     return result
 
 
+def refuse_unusable(recording: Recording, effort_kind: str = "auto") -> None:
+    """Raises ExcitationError where the joint is held, and SignalError where the effort has lost its sign."""
+    refuse_held(recording.joint, recording.motor_position)
+    if effort_kind == "auto":
+        refuse_unsigned(recording)
+
+
 def _identified(
     recording: Recording, options: IdentifyOptions, prismatic: bool, progress: Progress | None
 ) -> Identification:
+    refuse_unusable(recording, options.effort_kind)
     sensors = chosen_sensors(recording, options.sensors)
     if options.method != "auto":
         found = identify_linear(
@@ -119,7 +136,7 @@ def _simulated(
     problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
     estimate = estimated(
         problem, *base_start(problem, options, prismatic=prismatic), prismatic=prismatic,
-        progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
+        kind=options.effort_kind, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
     )  # fmt: skip
     response = first_mode(recording, hint_hz=options.first_mode_hz).response
     if options.rigid:
@@ -145,18 +162,47 @@ def _simulated(
 def base_start(
     problem: FitProblem, options: IdentifyOptions, *, prismatic: bool = False
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Keys of the base model, the effects of a given model included, and the values from which its fit starts."""
+    """Keys of the base model, the effects of a given model included, and the values from which its fit starts.
+
+    Without the motor's keys where the effort is a joint sensor's, or only that is possible.
+    """
+    kind = options.effort_kind
     if problem.rigid:
-        keys = rigid_keys(problem, gravity=not prismatic)
+        keys = rigid_keys(problem, gravity=not prismatic and kind != GRAVITY_COMPENSATED)
     else:
-        keys = tuple(k for k in FLEXIBLE_KEYS if not (prismatic and k in GRAVITY_KEYS))
-    start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
+        dropped = (*(GRAVITY_KEYS if prismatic else ()), *(MOTOR_KEYS if kind == JOINT_SENSOR else ()))
+        keys = tuple(k for k in FLEXIBLE_KEYS if k not in dropped)
+    try:
+        start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
+    except ExcitationError:
+        keys = tuple(k for k in keys if k not in MOTOR_KEYS)
+        if problem.rigid or kind != "auto" or options.model is not None:
+            raise
+        sensed = sensor_start(problem, keys, options.first_mode_hz)
+        if sensed is None:
+            raise
+        start = sensed
+    if kind == GRAVITY_COMPENSATED and not problem.rigid:
+        start = {**start, GRAVITY_REMOVED: 1.0}
     if options.model is None:
         return keys, start
     given = values_of(options.model)
     effects = {k: v for k, v in given.items() if effect_in(k) is not None}
     start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
+    if kind == JOINT_SENSOR:
+        given = {k: v for k, v in given.items() if k not in MOTOR_KEYS}
     return tuple(dict.fromkeys((*keys, *given))), start
+
+
+def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: float | None) -> dict[str, float] | None:
+    """Where the fit of a joint sensor's torque starts, if that explains nearly all of it; else None."""
+    try:
+        start = started_values(problem, keys, first_mode_hz=first_mode_hz)
+    except ExcitationError:
+        return None
+    residual, torque = problem.residuals(start)[0][problem.usable], problem.torque[problem.usable]
+    left = float(residual @ residual) / max(float(torque @ torque), 1e-300)
+    return start if left < SENSOR_LEFT else None
 
 
 def rigid_left_percent(recording: Recording, *, prismatic: bool) -> float | None:
@@ -219,12 +265,17 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
 
 
 def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
-    """Locked-motor and free resonance, Hz, of Jm, K and JL."""
-    k, jm, jl = values["K"], values["Jm"], values["JL"]
-    return {
-        "free_resonance_hz": math.sqrt(k * (1.0 / jm + 1.0 / jl)) / (2.0 * math.pi),
-        "locked_motor_hz": math.sqrt(k / jl) / (2.0 * math.pi),
-    }
+    """Locked-motor and free resonance, Hz, of Jm, K and JL; without Jm the first only."""
+    k, jm, jl = values["K"], values.get("Jm", 0.0), values["JL"]
+    modes = {"locked_motor_hz": math.sqrt(k / jl) / (2.0 * math.pi)}
+    if jm > 0.0:
+        modes = {"free_resonance_hz": math.sqrt(k * (1.0 / jm + 1.0 / jl)) / (2.0 * math.pi), **modes}
+    return modes
+
+
+def _paper_order(parameter: Parameter) -> int:
+    """Place of a parameter of eq. 11; effects come last."""
+    return FLEXIBLE_KEYS.index(parameter.key) if parameter.key in FLEXIBLE_KEYS else len(FLEXIBLE_KEYS)
 
 
 def identification_of(
@@ -263,9 +314,16 @@ def identification_of(
             left=estimate.left,
             suspects=estimate.suspects,
             moved=moved_stds(estimate),
+            coupling=estimate.coupling,
         )
     )
     notices = [*recording.notices, *objections, *identifiability_notices(parameters)]
+    if estimate.kind is not None:
+        notices = [*estimate.kind.notices, *notices]
+        parameters = tuple(sorted((*estimate.kind.absent, *parameters), key=_paper_order))
+        if estimate.kind.unclear:
+            notices.insert(0, Notice(Code.EFFORT_KIND_UNCLEAR, "motor_torque"))
+            verdict = "doubtful" if verdict == "trusted" else verdict
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:

@@ -21,6 +21,7 @@ from flex_ident.regression.verdict import (
     mismatches,
     not_determined,
 )
+from flex_ident.screening.coupling import Coupling
 from flex_ident.screening.suspects import Suspect
 
 RELATIVE_LIMIT = 0.3
@@ -84,6 +85,7 @@ class Evidence:
     suspects: tuple[Suspect, ...] = ()
     moved: Mapping[str, float] = field(default_factory=dict)
     """For each suspect the most standard deviations by which it would move a parameter that the data determine."""
+    coupling: Coupling | None = None
 
 
 def moved_stds(estimate: Estimate) -> dict[str, float]:
@@ -163,7 +165,15 @@ def _structure(evidence: Evidence) -> Iterator[Objection]:
     if structured:
         sizes = {"gap": left.gap, "noise": left.floor}
         yield "doubtful", Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", sizes, {"unit": "N m"})
+    if evidence.coupling is not None and evidence.coupling.seen:
+        yield "doubtful", coupling_notice(evidence.coupling)
     strong = [s for s in evidence.suspects if s.strong]
     if strong and (structured or any(evidence.moved.get(s.effect, 0.0) > MOVED for s in strong)):
         found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}
         yield "doubtful", Notice(Code.CAUSE_SUSPECTED, strong[0].effect, found)
+
+
+def coupling_notice(coupling: Coupling) -> Notice:
+    """That the other joints' motion explains part of what a model leaves."""
+    sizes = {"share_percent": 100.0 * coupling.share, "chance": coupling.chance}
+    return Notice(Code.OTHER_JOINTS_EXPLAIN, "motor_torque", sizes, {"joints": ", ".join(coupling.joints)})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
 from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
 from flex_ident.estimation.options import IdentifyOptions
@@ -13,6 +14,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
 from flex_ident.screening.sketching import effects_in
 
 CERTAIN = 3.0
@@ -21,25 +23,29 @@ SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""
 
 
-def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[SteadyFit, Fit]:
-    """The base model, fitted as `identify` fits it, and the solver that did it. Raises ExcitationError.
+def fitted_base(problem: FitProblem, options: GapOptions) -> KindFit:
+    """The base model, fitted as `identify` fits it, under the kind of effort that holds. Raises ExcitationError.
 
     What identification corrects for and what is an effect by itself, a constant torque and a signal that is more than a
     sample late, is left out of the base where the recording shows it: the search then finds it.
     """
     own = IdentifyOptions(
-        sensors=options.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, model=options.model
-    )
+        sensors=options.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, model=options.model,
+        effort_kind=options.effort_kind,
+    )  # fmt: skip
     keys, start = base_start(problem, own, prismatic=options.prismatic)
     keys = tuple(k for k in keys if k not in options.without)
-    start = {k: v for k, v in start.items() if k in keys}
-    solver, fit = base_fit(problem, keys, start, model_priors(problem, effects_in(keys)))
+    start = {k: v for k, v in start.items() if k in keys or k == GRAVITY_REMOVED}
+    solver, fit = base_fit(problem, keys, start, kept_priors(model_priors(problem, effects_in(keys)), keys))
+    kinds = resolved(problem, solver, fit, options.effort_kind)
+    fit, keys = kinds.fit, tuple(k for k in kinds.fit.free if k in keys)
     constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
     if not constant and not _late(problem, fit.values):
-        return solver, fit
+        return kinds
     few = tuple(k for k in keys if not (constant and k == "offset"))
-    near = {k: v for k, v in fit.values.items() if k in few}
-    return base_fit(problem, few, near, model_priors(problem, effects_in(keys), late_samples=1.0))
+    near = {k: v for k, v in fit.values.items() if k in few or k == GRAVITY_REMOVED}
+    priors = kept_priors(model_priors(problem, effects_in(keys), late_samples=1.0), few)
+    return kinds.refitted(*base_fit(problem, few, near, priors))
 
 
 def _shows_offset(problem: FitProblem, fit: Fit) -> bool:
@@ -55,7 +61,8 @@ def _late(problem: FitProblem, values: Mapping[str, float]) -> bool:
 def search_start(problem: FitProblem, fit: Fit) -> tuple[SteadyFit, Fit]:
     """The fit of a base to search from: weighted by the steady noise alone, so that what is missing stands out."""
     effects = effects_in(fit.free)
-    solver = SteadyFit(problem, priors=model_priors(problem, effects, late_samples=1.0))
+    priors = kept_priors(model_priors(problem, effects, late_samples=1.0), fit.free)
+    solver = SteadyFit(problem, priors=priors)
     return solver, polished(solver, fit.free, fit.values)
 
 
@@ -63,7 +70,7 @@ def polished(solver: SteadyFit, keys: Sequence[str], values: Mapping[str, float]
     """The fit over `keys` from values near its optimum. Raises ExcitationError."""
     fit: Fit | None = None
     for iterations, tolerance in SEARCH_ROUNDS:
-        fit = solver.solve(keys, values, solver.whitenings(values), iterations=iterations, tolerance=tolerance)
+        fit = solver.finished(keys, values, solver.whitenings(values), iterations=iterations, tolerance=tolerance)
         values = fit.values
     assert fit is not None
     return fit

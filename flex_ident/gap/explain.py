@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, validation_blocks
-from flex_ident.estimation.identification import chosen_sensors, identification_of
+from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
+from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.verdict import is_identifiable
 from flex_ident.filtering import first_mode
 from flex_ident.gap.base import fitted_base, search_start
@@ -58,13 +58,15 @@ def explain(
     Raises ExcitationError, SignalError and ConfigurationError.
     """
     options = options or GapOptions()
+    refuse_unusable(recording, options.effort_kind)
     report: Progress = progress or (lambda _share, _text: None)
     sensors = chosen_sensors(recording, options.sensors)
     problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
     held = validation_blocks(problem)
     _refuse_short(problem, held)
     report(0.02, "fitting the base model")
-    solver, base = fitted_base(problem, options)
+    kinds = fitted_base(problem, options)
+    solver, base = kinds.solver, kinds.fit
     report(0.2, "screening")
     coarse = _coarse(recording, problem, options)
     searching, start = search_start(coarse, base)
@@ -72,7 +74,7 @@ def explain(
     report(0.82, "measuring the gap on data not fitted")
     search, gaps, estimate = judged_again(search, searching, start, (solver, base), problem, options)
     report(0.92, "describing what is left")
-    final = _final(recording, estimate, sensors)
+    final = _final(recording, of_kind(estimate, kinds), sensors)
     determined = all(
         is_identifiable(replace(estimate, uncertainty=estimate.plain), k) for k in base.free if k in ESSENTIAL
     )
@@ -82,7 +84,7 @@ def explain(
         if search.accepted:  # nothing is added to a base that is not determined
             search = Search(searching, start, start, rejected=search.rejected, untestable=search.untestable)
             gaps, estimate = gaps[:1], estimate_of(solver, base, prismatic=options.prismatic)
-            final = _final(recording, estimate, sensors)
+            final = _final(recording, of_kind(estimate, kinds), sensors)
     first, left = remainder(solver, base, held), remainder(estimate.solver, estimate.fit, held)
     floor = min(left.floor, gaps[-1])
     steps = _steps(search, gaps)
@@ -96,7 +98,9 @@ def explain(
     structured = left.structured(gaps[-1])
     named = any(not a.trial.objection for a in search.accepted) and bool(findings)
     hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(base.values)[held]))
-    verdict = _verdict(named=named, sound=determined or (structured and not hopeless), structured=structured)
+    coupled = estimate.coupling is not None and estimate.coupling.seen
+    sound = determined or (structured and not hopeless)
+    verdict = _verdict(named=named, sound=sound, structured=structured or coupled)
     unexplained = None
     if structured:
         tried = "that was tried" if options.effects else "of the catalogue"
@@ -104,6 +108,10 @@ def explain(
         unexplained = (
             f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
         )
+    if coupled and estimate.coupling is not None:
+        share, joints = 100.0 * estimate.coupling.share, ", ".join(estimate.coupling.joints)
+        beside = f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy."
+        unexplained = f"{unexplained} {beside}" if unexplained else beside
     if not findings and verdict != "complete" and sensors == "motor+link":
         said = motor_equation_notice(recording)
         notices = (*notices, *([said] if said is not None else []))
@@ -157,8 +165,9 @@ def _final(recording: Recording, estimate: Estimate, sensors: Sensors) -> Identi
 
 
 def _verdict(*, named: bool, sound: bool, structured: bool) -> GapVerdict:
-    """`named`: whether an effect was found, or put in by hand and nothing speaks against it.
+    """`structured`: whether more than noise is left, or other joints explain some of it.
 
+    `named`: whether an effect was found, or put in by hand and nothing speaks against it.
     `sound`: whether the base is determined, or at least explains some of the torque and misses something that shows.
     """
     if not sound:

@@ -8,6 +8,7 @@ from flex_ident.effects import effect_named
 from flex_ident.errors import UsageError
 from flex_ident.estimation.options import SENSORS
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS, JointModel
+from flex_ident.parameters.effort_kinds import check_effort_kind
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class GapOptions:
     `without`: base parameters to drop. `effects`: names the catalogue is restricted to, all when empty. `add`:
     effects put in by hand before the search. `model`: the base whose gap is sought. `first_mode_hz`: the
     locked-motor frequency, if known. `prismatic`: the joint slides, and gravity is a constant force.
+    `effort_kind`: what the effort is; `auto` finds out.
     """
 
     sensors: str = "auto"
@@ -27,10 +29,12 @@ class GapOptions:
     model: JointModel | None = None
     first_mode_hz: float | None = None
     prismatic: bool = False
+    effort_kind: str = "auto"
 
     def __post_init__(self) -> None:
         if self.sensors not in SENSORS:
             raise UsageError(f"sensors is '{self.sensors}': expected one of {', '.join(SENSORS)}.")
+        check_effort_kind(self.effort_kind)
         for name in (*self.effects, *self.add):
             effect_named(name)
         essential = ("J",) if self.rigid else ("Jm", "K", "JL")

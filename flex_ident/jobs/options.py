@@ -55,6 +55,7 @@ def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
         first_mode_hz=float(values["first_mode_hz"]) or None,
         model=given_model(values),
         cutoff_sweep=bool(values["cutoff_sweep"]),
+        effort_kind=str(values["effort_kind"]),
     )
 
 
@@ -74,4 +75,5 @@ def gap_options(values: Mapping[str, Value]) -> GapOptions:
         model=given_model(values),
         first_mode_hz=float(values["first_mode_hz"]) or None,
         prismatic=bool(values["prismatic"]),
+        effort_kind=str(values["effort_kind"]),
     )

@@ -34,6 +34,10 @@ DRIVE_MARGIN = 3.0
 REMEMBERED = 6
 """Ways of friction to turn over that are kept."""
 MAX_SUBSTEPS = 8
+FEWEST = 60
+"""Usable samples of the decimated clock without which nothing is fitted."""
+HARDLY = 0.5
+"""Share of the time in motion under which standstill is why too little is left."""
 SETTLING_S = 1.5
 """Time after a gap in which the simulated link is not compared, s."""
 MOST_SETTLING = 0.4
@@ -138,7 +142,13 @@ class FitProblem:
         if has_link and recording.link_position is not None:
             self.link = self.reduced(recording.link_position)
         self.usable: Bools = self._usable(recording, trim_s)
-        if int(self.usable.sum()) < 60:
+        if int(self.usable.sum()) < FEWEST:
+            moving = np.abs(self.motion.velocity[:: self.decimation]) > self.resolution
+            if self.usable.size >= 2 * FEWEST and float(np.mean(moving)) < HARDLY:
+                raise ExcitationError(
+                    f"joint {recording.joint} hardly moves: it is faster than its encoder resolves in "
+                    f"{100.0 * float(np.mean(moving)):.0f} % of the recording only. Record it while it follows a chirp."
+                )
             raise ExcitationError(
                 f"{int(self.usable.sum())} usable samples are left of {extent_text(n, rate)} after filtering, edges, "
                 f"gaps and standstill: {more_needed(n, rate)}"

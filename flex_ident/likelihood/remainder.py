@@ -21,6 +21,9 @@ OWN_ERROR = 0.003
 """Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
 OWN_ERROR_AT_REVERSALS = 0.05
 """Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
+OWN_ERROR_RINGING = 0.15
+"""Share of the link's Coulomb friction that its reversals leave in a torque measured behind the gear: they ring at the
+locked-motor frequency, and no friction of a motor is there to hide it. Of a plant whose friction is tanh(v / 1e-3)."""
 STANDSTILL = 0.05
 """Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
 STRUCTURE = 1.2
@@ -87,4 +90,5 @@ def _coulomb(values: Mapping[str, float]) -> float:
 
 def _own_error(torque: float, values: Mapping[str, float]) -> float:
     """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
-    return math.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * _coulomb(values))
+    ringing = OWN_ERROR_RINGING * abs(values.get("FS", 0.0)) if "K" in values and "FSm" not in values else 0.0
+    return math.hypot(OWN_ERROR * torque, math.hypot(OWN_ERROR_AT_REVERSALS * _coulomb(values), ringing))

@@ -27,15 +27,16 @@ POOR = 0.25
 """Share of the torque's energy that a start may leave before the opposite sign is tried."""
 
 
-def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None) -> dict[str, float]:
+def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, motor: bool = True) -> dict[str, float]:
     """Flat values of all base keys from which the simulation-based fit converges. Raises ExcitationError.
 
     The scan runs from a hundredth of the band to 1.5 times the band, or within a factor of two of `first_mode_hz`.
+    Without `motor`, the torque is that through the spring alone.
     """
     target = problem.torque[problem.usable][:, None]
     poor = POOR * float(np.sum(target**2))
     try:
-        cost, _, values = _best_scanned(problem, first_mode_hz, target, _linear_spring)
+        cost, _, values = _best_scanned(problem, first_mode_hz, target, _linear_spring, motor=motor)
     except ExcitationError:
         _check_sign(problem, first_mode_hz, target, poor)
         raise
@@ -90,7 +91,12 @@ def _linear_spring(_square: float) -> Shape:
 
 
 def _best_scanned(
-    problem: FitProblem, first_mode_hz: float | None, targets: Floats, shape: Callable[[float], Shape]
+    problem: FitProblem,
+    first_mode_hz: float | None,
+    targets: Floats,
+    shape: Callable[[float], Shape],
+    *,
+    motor: bool = True,
 ) -> tuple[float, int, dict[str, float]]:
     """Sum of squares left, which of the torques (m, d) fits best, and the values with it."""
     motion = problem.motion
@@ -108,7 +114,7 @@ def _best_scanned(
     for refinement in range(2):
         ways = [(float(frequency), ratio) for frequency in grid for ratio in DAMPING_RATIOS]
         for (frequency, ratio), link in zip(ways, _unit_links(problem, ways, shape), strict=True):
-            candidate = _linear_fit(problem, frequency, ratio, link, reduced, targets, rows)
+            candidate = _linear_fit(problem, frequency, ratio, link, reduced, targets, rows, motor=motor)
             if candidate is not None and (best is None or candidate[0] < best[0]):
                 best = candidate
         if best is None:
@@ -151,6 +157,8 @@ def _linear_fit(
     reduced: list[Floats],
     targets: Floats,
     rows: Bools,
+    *,
+    motor: bool = True,
 ) -> tuple[float, int, dict[str, float]] | None:
     """Sum of squares, which torque, and values for one locked-motor frequency and damping ratio.
 
@@ -160,14 +168,16 @@ def _linear_fit(
     if not np.isfinite(link.spring_torque).all():
         return None
     spring = problem.reduced(link.spring_torque)[rows]
+    if not motor:
+        reduced = [np.zeros_like(spring)] * 3 + reduced[3:]
     columns = np.column_stack([*reduced[:4], spring])
     gravity = np.column_stack([*reduced[:3], reduced[4], reduced[5], spring])
-    found = _least_squares(gravity, targets)
+    found = _least_squares(gravity, targets, motor=motor)
     mx, my = 0.0, 0.0
     if found is not None:
         cost, which, (jm, fvm, fsm, mx, my, jl) = found
     else:
-        found = _least_squares(columns, targets)
+        found = _least_squares(columns, targets, motor=motor)
         if found is None:
             return None
         cost, which, (jm, fvm, fsm, _, jl) = found
@@ -178,13 +188,16 @@ def _linear_fit(
     return cost, which, values
 
 
-def _least_squares(columns: Floats, targets: Floats) -> tuple[float, int, Floats] | None:
-    """Sum of squares, which target, and solution, of the best in which first and last, the inertias, are positive."""
+def _least_squares(columns: Floats, targets: Floats, *, motor: bool = True) -> tuple[float, int, Floats] | None:
+    """Sum of squares, which target, and solution, of the best in which first and last, the inertias, are positive.
+
+    Without `motor`, the last only.
+    """
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
     solutions = np.linalg.lstsq(columns / scale, targets, rcond=1e-8)[0] / scale[:, None]
     costs = np.sum((targets - columns @ solutions) ** 2, axis=0)
-    costs[(solutions[0] <= 0.0) | (solutions[-1] <= 0.0)] = np.inf
+    costs[(motor & (solutions[0] <= 0.0)) | (solutions[-1] <= 0.0)] = np.inf
     which = int(np.argmin(costs))
     if not np.isfinite(costs[which]):
         return None

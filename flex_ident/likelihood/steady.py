@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from flex_ident.likelihood.fit import MEMORY_S, Prior, SimulationFit
+from flex_ident.likelihood.fit import MEMORY_S, Fit, Prior, SimulationFit
 from flex_ident.likelihood.noise import noise_whitening
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.reversals import Mark, ReversalWeights, dry_friction, friction_marks
@@ -16,6 +17,8 @@ from flex_ident.likelihood.whitening import Whitening
 from flex_ident.recording import Floats
 
 Indices = NDArray[np.int64]
+STATE = ("initial_deflection", "initial_velocity")
+"""The link's state at the start."""
 LOCAL_S = 2.0
 """Stretch over which the size of what is left is taken, s."""
 LOUDER = 1.25
@@ -94,6 +97,23 @@ class SteadyFit(SimulationFit):
                 w.localised(self._local(w, r, rows)) for w, r, rows in zip(channels, residuals, every, strict=True)
             ]
         return tuple(channels)
+
+    def finished(
+        self, keys: Sequence[str], start: Mapping[str, float], whitenings: tuple[Whitening, ...], *, iterations: int,
+        tolerance: float,
+    ) -> Fit:  # fmt: skip
+        """The fit over `keys`, and once more without the link's state at the start.
+
+        A link that sticks at first makes the likelihood kink in its state, and no step in all keys together goes on
+        from there. Raises ExcitationError.
+        """
+        fit = self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance)
+        if not any(k in STATE for k in keys):
+            return fit
+        rest = [k for k in keys if k not in STATE]
+        there = self.solve(rest, fit.values, whitenings, iterations=iterations, tolerance=tolerance)
+        at_bound = (*there.at_bound, *(k for k in fit.at_bound if k in STATE))
+        return replace(self.linearised(keys, there.values, whitenings, at_bound), converged=there.converged)
 
     def _local(self, whitening: NoiseWhitening, residual: Floats, rows: Indices) -> Floats:
         """By how much (m,) what is left is larger than the noise around, at least 1."""

@@ -5,6 +5,7 @@ Codes are what users script against (`flex_ident codes`, docs/codes.md): they st
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Literal
 
@@ -38,6 +39,12 @@ class Code(StrEnum):
         "Stop the recorder with Ctrl-C, and let it finish.",
     )  # fmt: skip
 
+    COLUMNS_GUESSED = (
+        "columns_guessed", "info",
+        "The columns of a table were taken for time, position and effort by their names.",
+        "Name them in a mapping where one is taken for another.",
+    )  # fmt: skip
+
     # Stamps and samples.
     NONFINITE_VALUES = (
         "nonfinite_values", "info",
@@ -48,6 +55,22 @@ class Code(StrEnum):
         "time_jumped_back", "info",
         "The clock was set back while it was recorded; the longest stretch in between was kept.",
         "Let the clocks settle (chrony, PTP) before recording.",
+    )  # fmt: skip
+    STAMPS_OUT_OF_ORDER = (
+        "stamps_out_of_order", "info",
+        "Single messages are out of order in time, or have a stamp far from their neighbours', and were dropped.",
+        "Nothing, while they are few; else publish from one thread, and record on the robot's own computer.",
+    )  # fmt: skip
+    CLOCK_STEPPED = (
+        "clock_stepped", "info",
+        "The clock that stamps messages was set while they went on; its steps were taken back by the times of "
+        "reception.",
+        "Let the clocks settle (chrony, PTP) before recording.",
+    )  # fmt: skip
+    COARSE_STAMPS = (
+        "coarse_stamps", "info",
+        "Stamps come in ticks that are coarse for the rate; samples were taken as evenly spaced.",
+        "Stamp with a clock of nanoseconds, not of milliseconds.",
     )  # fmt: skip
     DUPLICATE_STAMPS = (
         "duplicate_stamps", "info",
@@ -79,10 +102,37 @@ class Code(StrEnum):
         "Samples are missing over longer stretches, which were left out.",
         "Record on the robot's own computer, or with a larger queue, where much is lost.",
     )  # fmt: skip
+    ISOLATED_VALUES = (
+        "isolated_values", "info",
+        "Values of one constant, zero as a rule, stand between others that are not, and were left out.",
+        "Look at what publishes them: a second node on the topic, or a driver that sends zeros where it has no value.",
+    )  # fmt: skip
+    SPIKES = (
+        "spikes", "info",
+        "Values of a single sample lie far off their neighbours, and were left out.",
+        "Look at cables and driver where there are many.",
+    )  # fmt: skip
+    HELD_SAMPLES = (
+        "held_samples", "info",
+        "A signal is stamped more often than it is measured: samples that repeat others were left out; doubts where "
+        "it is measured at less than 100 Hz.",
+        "Record it at the rate at which it is measured, and measure it as often as the position.",
+    )  # fmt: skip
+    EFFORT_FROZEN = (
+        "effort_frozen", "doubt",
+        "The effort stands still where it cannot, as after a protective stop or a lost connection: left out.",
+        "Look at the robot's log, and record again without the stop.",
+    )  # fmt: skip
     POSITION_UNWRAPPED = (
         "position_unwrapped", "info",
-        "A position that wraps at a turn was made continuous.",
+        "A position that wraps at a turn, or at another seam of its encoder, was made continuous.",
         "Nothing, if the encoder counts one turn only.",
+    )  # fmt: skip
+    POSITION_REZEROED = (
+        "position_rezeroed", "doubt",
+        "A position jumps and goes on from there, as after a new zero; it was made continuous with its first part, "
+        "whose zero need not be the right one for gravity.",
+        "Record again without homing or zeroing the encoder in between.",
     )  # fmt: skip
     LINK_REPEATS_MOTOR = (
         "link_repeats_motor", "info",
@@ -121,6 +171,12 @@ class Code(StrEnum):
         "effort_gravity_compensated", "info",
         "The gravity that the controller adds is not in the effort: MX and MY are what its model of the arm leaves.",
         "Record the effort before that is subtracted, if the arm's own gravity is wanted; or say --effort-kind motor.",
+    )  # fmt: skip
+    EFFORT_KIND_UNCLEAR = (
+        "effort_kind_unclear", "doubt",
+        "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was "
+        "taken as the motor's torque, and the intervals reach as far as the other would move them.",
+        "Say --effort-kind motor or --effort-kind gravity_compensated.",
     )  # fmt: skip
     EFFORT_UNSIGNED = (
         "effort_unsigned", "reject",
@@ -161,7 +217,12 @@ class Code(StrEnum):
     )  # fmt: skip
     OTHER_JOINTS_MOVE = (
         "other_joints_move", "info",
-        "Other joints move in the recording: their motion loads this one, which the model does not know.",
+        "Other joints move in the recording: their motion may load this one, which the model does not know.",
+        "Move this joint alone, all others held; or give the robot with --urdf.",
+    )  # fmt: skip
+    OTHER_JOINTS_EXPLAIN = (
+        "other_joints_explain", "doubt",
+        "What the model leaves is in part the motion of other joints: their inertia, speed or weight loads this one.",
         "Move this joint alone, all others held; or give the robot with --urdf.",
     )  # fmt: skip
     CONSTANT_SPEED = (
@@ -309,5 +370,7 @@ class Code(StrEnum):
     )  # fmt: skip
 
 
+CASES: Mapping[tuple[Code, str], Severity] = {(Code.HELD_SAMPLES, "slow"): "doubt"}
+"""Severities of single cases of a code, where they are worse than the code's."""
 NOT_SI = (Code.POSITION_NOT_SI, Code.EFFORT_NOT_SI)
 """A signal is not what it is taken for: no number that stands on it can be trusted."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from flex_ident.notices.codes import Code
+from flex_ident.notices.codes import CASES, Code, Severity
 
 
 @dataclass(frozen=True)
@@ -30,3 +30,8 @@ class Notice:
     def case(self) -> str:
         """Which of its code's sentences this is; empty where there is one only."""
         return self.texts.get("case", "")
+
+    @property
+    def severity(self) -> Severity:
+        """What it does to the verdict: its code's severity, or that of its case where it is worse."""
+        return CASES.get((self.code, self.case), self.code.severity)

@@ -11,8 +11,10 @@ from types import MappingProxyType
 import yaml
 
 from flex_ident.errors import ConfigurationError
-from flex_ident.parameters.keys import key_parts
+from flex_ident.parameters.documents import yaml_document
+from flex_ident.parameters.keys import key_parts, key_text
 from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, RIGID_KEYS
+from flex_ident.recording.names import harmless, path_text, shortened
 
 SCHEMA = "flex_ident/model/1"
 
@@ -68,27 +70,43 @@ class JointModel:
 
 def read_joint_model(path: Path) -> JointModel:
     """The model in a `model.yaml`. Raises ConfigurationError, naming file and key, when it is not one."""
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read ({error.strerror}).") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: is not YAML.") from error
+    content, file = yaml_document(path), path_text(path)
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        raise ConfigurationError(f"{path}: is not a model file: expected 'schema: {SCHEMA}'.")
-    unknown = sorted(set(content) - {"schema", "joint", "parameters", "effects"})
+        raise ConfigurationError(f"{file}: is not a model file: expected 'schema: {SCHEMA}'.")
+    unknown = [shortened(key) for key in content if key not in ("schema", "joint", "parameters", "effects")]
     if unknown:
-        raise ConfigurationError(f"{path}: unknown key {', '.join(unknown)}.")
+        raise ConfigurationError(f"{file}: unknown key {', '.join(unknown[:8])}.")
+    joint = content.get("joint")
+    if joint is not None and not isinstance(joint, (str, int)):
+        raise ConfigurationError(f"{file}: joint is {shortened(joint)}: expected a name.")
     try:
-        parameters = {str(k): float(v) for k, v in (content.get("parameters") or {}).items()}
+        parameters = _numbers(content.get("parameters"), "parameters")
         effects = {
-            str(n): {str(k): float(v) for k, v in (p or {}).items()} for n, p in (content.get("effects") or {}).items()
+            harmless(str(name)): _numbers(own, f"effects.{harmless(str(name))}")
+            for name, own in _mapping(content.get("effects"), "effects").items()
         }
         for key, value in parameters.items():
-            if not math.isfinite(value) or (key in NON_NEGATIVE and value < 0.0):
+            if key in NON_NEGATIVE and value < 0.0:
                 raise ConfigurationError(f"{key} = {value:g} is not physical.")
-        return JointModel(parameters, effects, str(content.get("joint", "")))
-    except (TypeError, ValueError, AttributeError) as error:
-        raise ConfigurationError(f"{path}: parameters and effects must be numbers by name ({error}).") from error
+        return JointModel(parameters, effects, "" if joint is None else harmless(str(joint)))
     except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error}") from error
+        raise ConfigurationError(f"{file}: {error}") from error
+
+
+def _mapping(content: object, where: str) -> dict[object, object]:
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise ConfigurationError(f"{where} is {shortened(content)}: expected keys and values.")
+    return content
+
+
+def _numbers(content: object, where: str) -> dict[str, float]:
+    """Finite numbers by name; none of an empty section. Raises ConfigurationError."""
+    found = {}
+    for key, value in _mapping(content, where).items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            place = key_text(where, harmless(str(key)))
+            raise ConfigurationError(f"{place} is {shortened(value)}: expected a finite number.")
+        found[harmless(str(key))] = float(value)
+    return found

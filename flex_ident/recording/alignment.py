@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -115,8 +116,12 @@ def aligned_recording(
     path: str = "",
     sha256: str = "",
     start_time_s: float = 0.0,
+    others: Mapping[str, tuple[Floats, Floats]] | None = None,
 ) -> Recording:
-    """One recording on the clock of the motor position. Raises ExcitationError when too little overlaps."""
+    """One recording on the clock of the motor position; `others`: times and positions of other joints.
+
+    Raises ExcitationError when too little overlaps.
+    """
     times = _instants(signals)
     period = period_of(times["motor_position"])
     start, stop, paused = _span([time for role, time in times.items() if role != "reference"], period)
@@ -151,5 +156,6 @@ def aligned_recording(
         path=path,
         sha256=sha256,
         start_time_s=start_time_s + float(clock[0]),
+        others={name: np.interp(clock, time, position) for name, (time, position) in (others or {}).items()},
     )
     return replace(recording, notices=(*recording.notices, *magnitude_notices(recording)))

@@ -43,11 +43,12 @@ def cleaned_signal(
     steps = np.diff(time)
     forward = steps[steps > 0]
     period = float(np.median(forward)) if forward.size else 0.0
-    backwards = 0
+    backwards = single = 0
     if forward.size < steps.size:
         lone = _lone_stamps(time, JUMP_PERIODS * period)
         time, values = time[~lone], values[~lone]
-        backwards += int(np.count_nonzero(lone))
+        single = int(np.count_nonzero(lone))
+        backwards += single
         stretch, jumps = _longest_stretch(time, JUMP_PERIODS * period)
         if jumps.size:
             kept = stretch.stop - stretch.start
@@ -58,7 +59,11 @@ def cleaned_signal(
     keep = np.ones(time.size, bool)
     keep[1:] = time[1:] > np.maximum.accumulate(time)[:-1]
     duplicates = int(np.count_nonzero(np.diff(time) == 0))
-    backwards += max(0, int(np.count_nonzero(~keep)) - duplicates)
+    disordered = max(0, int(np.count_nonzero(~keep)) - duplicates)
+    backwards += disordered
+    if single + disordered:
+        sizes = {"count": single + disordered, "total": total}
+        notices.append(Notice(Code.STAMPS_OUT_OF_ORDER, source.partition(":")[0], sizes))
     if time.size > 1 and duplicates > FEW_DUPLICATES * total and keep.sum() > 1:
         sizes = {"count": duplicates, "total": total}
         notices.append(Notice(Code.DUPLICATE_STAMPS, source.partition(":")[0], sizes))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from flex_ident.errors import SignalError
 from flex_ident.notices import Code, Notice
 from flex_ident.recording.cleaning import cleaned_signal
 from flex_ident.recording.recording import Floats, Role, Signal
+from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
 
 OTHER_CLOCK = 1_000_000_000
 """Difference in latency, ns, from which two headers are stamped by different clocks."""
@@ -59,14 +60,15 @@ def signals_of(
 
     Values are multiplied by their role's factor. Raises SignalError when a signal holds nothing usable.
     """
+    if raw["motor_position"].received.size == 0:
+        raise SignalError(f"{raw['motor_position'].source} holds no messages: name another signal.")
+    notices: list[Notice] = []
+    raw = {role: _without_clock_steps(own, notices) for role, own in raw.items()}
     motor = raw["motor_position"]
-    if motor.received.size == 0:
-        raise SignalError(f"{motor.source} holds no messages: name another signal.")
     headed = usable_stamps(motor.stamps)
     latency = _latency(motor) if headed else 0
     origin = int(motor.stamps[np.flatnonzero(motor.stamps)[0]] if headed else motor.received[0])
     signals: list[Signal] = []
-    notices: list[Notice] = []
     for role, own in raw.items():
         if role == "reference" and not np.isfinite(own.values).any():
             continue
@@ -74,22 +76,41 @@ def signals_of(
         if stamped:
             apart = _latency(own) - latency
             shift = apart if abs(apart) > OTHER_CLOCK else 0
-            time = (own.stamps + (shift - origin)).astype(np.float64) * 1e-9
+            tick = tick_ns(own.stamps[own.stamps != 0])
+            stamps = within_ticks(own.stamps - origin, own.values) if tick else own.stamps - origin
+            time = (stamps + shift).astype(np.float64) * 1e-9
             time[own.stamps == 0] = np.nan
             if shift:
                 notices.append(Notice(Code.DIFFERENT_CLOCKS, own.source, {"off_s": -shift * 1e-9}))
         else:
+            tick = 0
             # Shifted by the usual time from stamp to reception, so that all signals share one axis.
             time = (own.received - (latency + origin)).astype(np.float64) * 1e-9
         clock: Literal["header", "receive"] = "header" if stamped else "receive"
-        values = own.values * (factors or {}).get(role, 1.0)
+        with np.errstate(invalid="ignore", over="ignore"):  # damage can leave any bits in a number
+            values = own.values * (factors or {}).get(role, 1.0)
         time.flags.writeable = values.flags.writeable = False
         signal, dropped = cleaned_signal(role, own.source, clock, time, values)
+        if tick:
+            signal = replace(signal, time=evened_ticks(signal.time, 1e-9 * tick))
+            notices.append(Notice(Code.COARSE_STAMPS, own.source.partition(":")[0], {"tick_ms": tick * 1e-6}))
         signals.append(signal)
         notices += dropped
     why = complaint_of(motor.stamps) if motor.stamps.size > 1 else "are not set"
     notices += _clock_notices([s for s in signals if s.role != "reference"], joint, latency, why)
     return signals, notices, origin * 1e-9
+
+
+def _without_clock_steps(raw: RawSignal, notices: list[Notice]) -> RawSignal:
+    """The signal with stamps of a clock that was never set; what was done is added to the notices."""
+    stamps, steps = steps_taken_back(raw.stamps, raw.received)
+    if not steps:
+        return raw
+    sizes = {"steps": len(steps), "largest_ms": 1e-6 * max(steps, key=abs)}
+    notice = Notice(Code.CLOCK_STEPPED, raw.source.partition(":")[0], sizes)
+    if notice not in notices:
+        notices.append(notice)
+    return replace(raw, stamps=stamps)
 
 
 def _latency(raw: RawSignal) -> int:

@@ -71,21 +71,22 @@ def _lost_before(soonest: Floats) -> NDArray[np.int64]:
     return certain
 
 
-def period_of(time: Floats) -> float:
-    """The sampling period, s: the slope of time over the count of samples, lost ones counted."""
-    rough = period = rough_period(time)
+def period_of(time: Floats, rough: float | None = None) -> float:
+    """The sampling period, s: the slope of time over the count of samples, lost ones counted; `rough` is a guess."""
+    rough = period = rough_period(time) if rough is None else rough
     for _ in range(REFINEMENTS):
         period = _line(grid_index(time, period), time)[0]
     # A clock can be so irregular that losses are miscounted; then the rough period is all there is.
     return period if abs(period / rough - 1.0) < 0.05 else rough
 
 
-def evened(time: Floats) -> Floats:
+def evened(time: Floats, rough: float | None = None) -> Floats:
     """The instants at which samples received at `time` (n,) were taken: evenly spaced, lost ones counted.
 
-    Times of which even the soonest stray over half a period from an even grid are given back as they are.
+    Times of which even the soonest stray over half a period from an even grid are given back as they are. `rough` is
+    a guess of the period, s.
     """
-    period = period_of(time)
+    period = period_of(time, rough)
     even = np.array(time)
     edges = [0, *(np.flatnonzero(np.diff(time) > LONG_GAP_PERIODS * period) + 1).tolist(), time.size]
     for start, stop in pairwise(edges):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -96,6 +98,8 @@ class Recording:
     path: str = ""
     sha256: str = ""
     start_time_s: float = 0.0
+    others: Mapping[str, Floats] = field(default_factory=dict)
+    """Positions (n,), rad or m, of the other joints that moved, by name."""
     time: Floats = field(init=False)
 
     def __post_init__(self) -> None:
@@ -106,6 +110,8 @@ class Recording:
             values = getattr(self, name)
             if values is not None:
                 object.__setattr__(self, name, read_only(values, name=name, length=n))
+        others = {k: read_only(v, name=f"position of {k}", length=n) for k, v in self.others.items()}
+        object.__setattr__(self, "others", MappingProxyType(others))
         mask = np.ones(n, bool) if self.measured is None else np.array(self.measured, bool)
         if mask.shape != (n,):
             raise SignalError(f"mask of measured samples has shape {mask.shape}, expected ({n},).")

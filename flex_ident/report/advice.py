@@ -19,10 +19,11 @@ SIGNALS_FIRST = (
 )  # fmt: skip
 """Codes that say that a signal is not what it was taken for: all else follows from it."""
 DOUBTS = (
-    Code.NO_MODE_IN_BAND, Code.MODE_OUTSIDE_BAND, Code.SINGLE_TONE, Code.CONSTANT_SPEED, Code.STICKING,
-    Code.LOW_EXCITATION, Code.LOW_SAMPLING_RATE, Code.SAMPLED_SLOWLY, Code.SIMPLIFIED_MODEL, Code.X5_INCONSISTENT,
-    Code.STARTS_DISAGREE, Code.TORQUE_DELAY, Code.LINK_SKEW, Code.VALIDATION_GAP, Code.MODEL_MISMATCH,
-    Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.NOISE_UNKNOWN,
+    Code.OTHER_JOINTS_EXPLAIN, Code.NO_MODE_IN_BAND, Code.MODE_OUTSIDE_BAND, Code.SINGLE_TONE, Code.CONSTANT_SPEED,
+    Code.STICKING, Code.EFFORT_KIND_UNCLEAR, Code.LOW_EXCITATION, Code.LOW_SAMPLING_RATE, Code.SAMPLED_SLOWLY,
+    Code.SIMPLIFIED_MODEL, Code.X5_INCONSISTENT, Code.STARTS_DISAGREE,
+    Code.EFFORT_FROZEN, Code.HELD_SAMPLES, Code.POSITION_REZEROED, Code.TORQUE_DELAY, Code.LINK_SKEW,
+    Code.VALIDATION_GAP, Code.MODEL_MISMATCH, Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.NOISE_UNKNOWN,
 )  # fmt: skip
 """Codes for which a result is doubtful, the most telling first."""
 
@@ -65,7 +66,7 @@ def first_advice(result: Identification) -> Advice | None:
         if code in said:
             return _as_said(said[code])
     if result.verdict == "doubtful":
-        return next((_as_said(said[code]) for code in DOUBTS if code in said), None)
+        return _objection(result, DOUBTS)
     return _remedy(result, said)
 
 
@@ -103,7 +104,13 @@ def _remedy(result: Identification, said: dict[Code, Notice]) -> Advice | None:
     if Code.NOT_PHYSICAL in said:
         notice = said[Code.NOT_PHYSICAL]
         return Advice("signals", f"Check sign and scale of the effort (--effort-scale): {sentence(notice)}", (notice,))
-    return next((_as_said(said[code]) for code in (*REFUSALS, Code.MODEL_MISMATCH, *DOUBTS) if code in said), None)
+    return _objection(result, (*REFUSALS, Code.MODEL_MISMATCH, *DOUBTS))
+
+
+def _objection(result: Identification, codes: Iterable[Code]) -> Advice | None:
+    """What the first of these codes says that doubts or rejects."""
+    said = {n.code: n for n in reversed(result.notices) if n.severity != "info"}
+    return next((_as_said(said[code]) for code in codes if code in said), None)
 
 
 def _of_the_motors_equation(notice: Notice, *, rigid: bool) -> Advice:

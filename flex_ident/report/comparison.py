@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from flex_ident.recording.names import path_text
 from flex_ident.report.stored import stored_result
 from flex_ident.report.table import rounded, text_table
 
@@ -39,7 +40,10 @@ def compared(paths: Sequence[Path]) -> str:
             mark = " *" if sigmas > BEYOND_CHANCE and math.isfinite(sigmas) else ""
             row += [f"{rounded(difference, std)}{share}", f"{sigmas:.1f}{mark}"]
         rows.append(row)
-    lines = [f"{_title(i)}: {r.path} ({r.joint}, {r.sensors}, {r.method}, {r.verdict})" for i, r in enumerate(results)]
+    lines = [
+        f"{_title(i)}: {path_text(r.path)} ({r.joint}, {r.sensors}, {r.method}, {r.verdict})"
+        for i, r in enumerate(results)
+    ]
     if len({r.joint for r in results}) > 1:
         lines.append("these are results of different joints")
     lines += ["", text_table(header, rows, right=range(2, len(header))), ""]

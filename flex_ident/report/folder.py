@@ -6,7 +6,6 @@ them are there: a run that fails leaves the results that were there as they were
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import tempfile
@@ -16,7 +15,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from flex_ident.errors import UsageError
+from flex_ident.errors import ConfigurationError, UsageError
+from flex_ident.parameters.documents import json_document
 from flex_ident.recording import Recording
 
 REPORT, GAP_REPORT = "report.html", "gap_report.html"
@@ -104,8 +104,8 @@ def _locked(folder: Path) -> Iterator[None]:
 def stored_content(folder: Path, name: str) -> dict[str, Any] | None:
     """The content of a `result.json` or `gap.json` in a folder; None where there is none that can be read."""
     try:
-        content = json.loads((folder / name).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = json_document(folder / name)
+    except ConfigurationError:
         return None
     return content if isinstance(content, dict) else None
 

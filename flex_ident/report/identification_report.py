@@ -82,10 +82,9 @@ def _parameters(result: Identification) -> Section:
     )
     texts = []
     if "locked_motor_hz" in result.derived:
-        texts.append(
-            f"Modes of the model: locked motor {result.derived['locked_motor_hz']:.4g} Hz, free resonance "
-            f"{result.derived['free_resonance_hz']:.4g} Hz."
-        )
+        free = result.derived.get("free_resonance_hz")
+        more = "" if free is None else f", free resonance {free:.4g} Hz"
+        texts.append(f"Modes of the model: locked motor {result.derived['locked_motor_hz']:.4g} Hz{more}.")
     chain = [
         delay_text(p, prismatic=any(map(_prismatic, result.parameters)))
         for p in result.measurement

@@ -78,10 +78,53 @@ def _below_a_sample(what: str) -> Mapping[str, Template]:
 
 def _jumped_back(n: Notice) -> str:
     jumps, kept, dropped = (int(n.numbers[k]) for k in ("jumps", "kept", "dropped"))
-    often = "once" if jumps == 1 else f"{jumps} times"
     return (
-        f"time of {n.subject} jumps back {often}, by {n.numbers['largest_s']:.3g} s at most: "
+        f"time of {n.subject} jumps back {_often(jumps)}, by {n.numbers['largest_s']:.3g} s at most: "
         f"the longest stretch of {kept} samples was kept, {dropped} were dropped."
+    )
+
+
+def _often(count: float) -> str:
+    return "once" if count == 1 else f"{count:.0f} times"
+
+
+def _clock_stepped(n: Notice) -> str:
+    steps, largest = n.numbers["steps"], n.numbers["largest_ms"]
+    return (
+        f"the clock that stamps {n.subject} was set {_often(steps)}, by {largest:+.4g} ms at most, while messages went "
+        "on: its steps were taken back."
+    )
+
+
+def _isolated(more: str = "") -> Template:
+    def words(n: Notice) -> str:
+        count, total, constant = (n.numbers[k] for k in ("count", "total", "constant"))
+        zero = "zero" if constant == 0.0 else f"{constant:.6g}"
+        return (
+            f"{count:.0f} of {total:.0f} values of {n.subject} are {zero} between others that are not: left out.{more}"
+        )
+
+    return words
+
+
+def _effort_frozen(n: Notice) -> str:
+    stretches, seconds, count, total = (n.numbers[k] for k in ("stretches", "seconds", "count", "total"))
+    return (
+        f"{n.subject} stands still {_often(stretches)}, for {seconds:.3g} s in all ({count:.0f} of {total:.0f} "
+        "samples), where it cannot: left out."
+    )
+
+
+def _seam(n: Notice) -> str:
+    jumps, size = n.numbers["jumps"], n.numbers["size"]
+    return f"{n.subject} jumps {_often(jumps)} by {size:.6g}, the seam of its encoder: made continuous."
+
+
+def _rezeroed(n: Notice) -> str:
+    jumps, largest = n.numbers["jumps"], n.numbers["largest"]
+    return (
+        f"{n.subject} jumps {_often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero: "
+        "made continuous with its first part."
     )
 
 
@@ -129,36 +172,66 @@ def _base_not_determined(n: Notice) -> str:
 
 def _other_joints(n: Notice) -> str:
     count = int(n.numbers["count"])
-    return (
-        f"{count} other joint{'s move' if count > 1 else ' moves'} ({n.texts['joints']}): their motion loads this one, "
-        "which the model does not know. Move this joint alone, all others held."
-    )
+    return f"{count} other joint{'s' if count > 1 else ''} moved: {n.texts['joints']}."
 
 
 LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
 CUT = "{subject} {how} at byte {at:.0f} of {size:.0f}: the last {lost_percent:.1f} % are lost, what is whole was read."
+HELD = (
+    "{subject} is stamped at {stamped_hz:.4g} Hz and measured at {measured_hz:.4g} Hz: the {count:.0f} of {total:.0f} "
+    "samples that repeat others were left out."
+)
 TAKEN = "Positions are taken as rad or m on the link side."
 EFFORTS_TAKEN = "Efforts are taken as N m or N on the link side: --effort-scale converts them."
 
 SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.BAG_DAMAGED: {
         "part": "a part was left out: {error}",
+        "metadata": "{subject} {why} How many messages it announces is not known.",
         "part_missing": "{subject} of the bag is missing.",
         "messages_lost": "{read:.0f} of {announced:.0f} messages of {subject} were read: the others are lost.",
         "compressed": "{count:.0f} compressed messages of {subject} are damaged and lost.",
+        "names": "{count:.0f} messages of {subject} hold names that no others do: damaged, left out.",
         "messages": "{count:.0f} messages of {subject} are damaged and were left out.",
         "decompression": "{subject} is cut or damaged: what could be decompressed was read, the rest is lost.",
         "cut": CUT,
         "chunk": "{subject}: the chunk at byte {at:.0f} is damaged and was left out.",
+        "rest_of_chunk": (
+            "{subject}: the chunk at byte {at:.0f} is damaged at byte {inside:.0f} of its {size:.0f}: {read:.0f} "
+            "messages in front were read, what follows is lost."
+        ),
+        "nameless": ("{subject}: {count:.0f} messages belong to no topic that the file describes, and were left out."),
+        "short": "{subject}: {count:.0f} messages are shorter than a message can be, and were left out.",
+        "summary": "{subject}: its summary is damaged at byte {at:.0f} of {size:.0f}.",
+        "between": (
+            "{subject}: what stands between bytes {at:.0f} and {further:.0f} of {size:.0f} is damaged and lost."
+        ),
+        "unknown_record": "{subject}: the record at byte {at:.0f} is of no known kind and was left out.",
+        "end": "{subject} is cut: of what stood behind its {size:.0f} bytes nothing is left.",
         "record": "{subject}: a {kind} record is damaged and was left out.",
         "log": "{subject} cannot be read: the newest messages are lost. Copy the bag to a folder that is writable.",
         "database": "{subject} is damaged ({error}): {read:.0f} messages were read, the rest is lost.",
+        "numbered_rows": "{subject}: {count:.0f} of {total:.0f} numbered messages are lost.",
+        "damaged_rows": "{subject}: {count:.0f} of {total:.0f} messages are damaged and were left out.",
+        "nameless_rows": (
+            "{subject}: {count:.0f} of {total:.0f} messages belong to no topic of the file, and were left out."
+        ),
+        "indexed_rows": (
+            "{subject}: {read:.0f} of {indexed:.0f} messages in its index were read: the others are lost."
+        ),
     },
     Code.BAG_UNFINISHED: "{subject} was not closed: read to its end.",
+    Code.COLUMNS_GUESSED: "columns of {subject} taken by their names: {columns}.",
     Code.NONFINITE_VALUES: (
         "{count:.0f} of {total:.0f} messages of {subject} hold no finite number, or no stamp, and were dropped."
     ),
     Code.TIME_JUMPED_BACK: _jumped_back,
+    Code.STAMPS_OUT_OF_ORDER: (
+        "{count:.0f} of {total:.0f} messages of {subject} are out of order in time, or have a stamp far from their "
+        "neighbours', and were dropped."
+    ),
+    Code.CLOCK_STEPPED: _clock_stepped,
+    Code.COARSE_STAMPS: ("stamps of {subject} come in ticks of {tick_ms:.4g} ms: samples were taken as evenly spaced."),
     Code.DUPLICATE_STAMPS: (
         "{count:.0f} of {total:.0f} messages of {subject} repeat the stamp before them: one of each was kept, which "
         "lowers the rate. Stamp each message when it is measured."
@@ -177,9 +250,21 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     ),
     Code.PAUSED: "the recording pauses: only its longest part, of {longest_s:.6g} s, was used.",
     Code.GAPS: "{percent:.2f} % of the recording lies in gaps of over {periods:.0f} samples: left out.",
-    Code.POSITION_UNWRAPPED: (
-        "{subject} jumps by a turn and back: taken as the angle of one turn, and made continuous."
-    ),
+    Code.ISOLATED_VALUES: {
+        "few": _isolated(),
+        "second_publisher": _isolated(" Does a second node publish on this topic?"),
+    },
+    Code.SPIKES: "{count:.0f} of {total:.0f} values of {subject} are spikes of a single sample: left out.",
+    Code.HELD_SAMPLES: {
+        "fast": HELD,
+        "slow": HELD + " That is slow: it says nothing of faster motion. Measure it as often as the position.",
+    },
+    Code.EFFORT_FROZEN: _effort_frozen,
+    Code.POSITION_UNWRAPPED: {
+        "turn": "{subject} jumps by a turn and back: taken as the angle of one turn, and made continuous.",
+        "seam": _seam,
+    },
+    Code.POSITION_REZEROED: _rezeroed,
     Code.LINK_REPEATS_MOTOR: "{subject} repeats the motor position number by number: left out.",
     Code.POSITION_NOT_SI: {
         "counts": f"the {{which}} position holds whole numbers only, over {{swing:.4g}}: encoder counts? {TAKEN}",
@@ -204,12 +289,28 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "motor shaft's too, give --effort-scale {gear_ratio:g}."
     ),
     Code.EFFORT_REVERSED: REVERSED,
-    Code.EFFORT_JOINT_SENSOR: (
-        "the effort is the torque through the transmission, from a sensor behind the gear: the motor's inertia and "
-        "friction are not in it."
-    ),
-    Code.EFFORT_GRAVITY_COMPENSATED: (
-        "the effort is without the gravity that the controller adds: MX and MY are what its model of the arm leaves."
+    Code.EFFORT_JOINT_SENSOR: {
+        "found": (
+            "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor "
+            "inertia of less than {inertia_percent:.2g} % of the link's, and no friction of a motor. Jm, FVm and FSm "
+            "are not in it; if it is the motor's, say --effort-kind motor."
+        ),
+        "given": (
+            "the effort was taken as the torque through the transmission, as you say: Jm, FVm and FSm are not in it."
+        ),
+    },
+    Code.EFFORT_GRAVITY_COMPENSATED: {
+        "found": (
+            "the effort is less the gravity that the controller adds: that explains torque and mode better than the "
+            "motor's torque does (by {gain:.3g} in twice the log-likelihood; 20 are clear). If it is the motor's, say "
+            "--effort-kind motor."
+        ),
+        "given": "the effort was taken as less the gravity that the controller adds, as you say.",
+    },
+    Code.EFFORT_KIND_UNCLEAR: (
+        "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
+        "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would move "
+        "them."
     ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
@@ -219,6 +320,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.LINK_SKEW_BELOW_A_SAMPLE: _below_a_sample("link position"),
     Code.JOINT_STILL: "joint {subject} is held: it moves {moved:.2g} only. Record while it follows a chirp.",
     Code.OTHER_JOINTS_MOVE: _other_joints,
+    Code.OTHER_JOINTS_EXPLAIN: (
+        "the motion of other joints ({joints}) explains {share_percent:.0f} % of what the model leaves, by energy, "
+        "where it was not fitted: it loads this joint, which the model does not know. Move this joint alone, all "
+        "others held."
+    ),
     Code.CONSTANT_SPEED: (
         "the joint moves at one speed: viscous and Coulomb friction cannot be told apart. Record a chirp."
     ),

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flex_ident.errors import DataError
+from flex_ident.errors import ConfigurationError, DataError
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Parameter
+from flex_ident.parameters.documents import json_document
+from flex_ident.recording.names import harmless, path_text, shortened
 from flex_ident.report import schemas
 from flex_ident.report.sentences import finding_of
 
 FILES = ("result.json", "gap.json")
 """What a folder may hold, the one that counts first."""
+LONGEST_TEXT = 4096
+"""Characters of a text in them, at most."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class StoredResult:
         """An inertia or a stiffness. Raises DataError when it is none."""
         value = self.value(key)
         if not (math.isfinite(value) and value > 0.0):
-            raise DataError(f"{self.path}: {key} is {value:.4g}: it must be positive to be exported.")
+            raise DataError(f"{path_text(self.path)}: {key} is {value:.4g}: it must be positive to be exported.")
         return value
 
 
@@ -75,46 +79,61 @@ def stored_result(path: Path) -> StoredResult:
     """The result in a `result.json` or `gap.json`, or in the folder that holds one. Raises DataError."""
     file = path
     if path.is_dir():
-        file = next((path / name for name in FILES if (path / name).exists()), path / FILES[0])
+        file = next((path / name for name in FILES if os.path.lexists(path / name)), path / FILES[0])
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{file}: cannot be read ({error.strerror}).") from error
-    except ValueError as error:
-        raise DataError(f"{file}: is not JSON.") from error
+        content = json_document(file)
+    except ConfigurationError as error:
+        raise DataError(str(error)) from error
+    shown = path_text(file)
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema not in (schemas.RESULT, schemas.GAP):
         raise DataError(
-            f"{file}: is not a result of flex_ident: expected the schema {schemas.RESULT} or {schemas.GAP}."
+            f"{shown}: is not a result of flex_ident: expected the schema {schemas.RESULT} or {schemas.GAP}."
         )
     try:
         return StoredResult(
             file,
-            str(content["joint"]),
-            str(content["sensors"]),
-            str(content["method"]) if schema == schemas.RESULT else "explain_gap",
-            str(content["verdict"]),
+            _text(content["joint"]),
+            _text(content["sensors"]),
+            _text(content["method"]) if schema == schemas.RESULT else "explain_gap",
+            _text(content["verdict"]),
             tuple(_parameter(key, p) for key, p in content["parameters"].items()),
             tuple(_finding(w) for w in content.get("warnings", [])),
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"{file}: is damaged ({error}).") from error
+    except KeyError as error:
+        raise DataError(f"{shown}: is damaged ({shortened(error.args[0])} is missing).") from error
+    except (TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{shown}: is damaged ({harmless(str(error))[:80]}).") from error
+
+
+def _text(value: object) -> str:
+    """A short text of a file, harmless. Raises ValueError for what is none."""
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        raise ValueError(f"expected a text, not {shortened(value)}")
+    return harmless(value)
+
+
+def _number(value: object) -> float:
+    """A number of a file. Raises ValueError for what is none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"expected a number, not {shortened(value)}")
+    return float(value)
 
 
 def _parameter(key: str, content: dict[str, Any]) -> Parameter:
     value, std = content["value"], content["std"]
     return Parameter(
-        key,
-        math.nan if value is None else float(value),
-        math.inf if std is None else float(std),
-        str(content["unit"]),
+        _text(key),
+        math.nan if value is None else _number(value),
+        math.inf if std is None else _number(std),
+        _text(content["unit"]),
         bool(content["identifiable"]),
     )
 
 
 def _finding(warning: dict[str, Any]) -> tuple[str, str]:
     """A warning's code, and its sentence without what to do where its numbers are there to make it."""
-    code, left = str(warning["code"]), (warning.get("numbers") or {}).get("left_percent")
+    code, left = _text(warning["code"]), (warning.get("numbers") or {}).get("left_percent")
     if code == Code.MODEL_MISMATCH and left is not None:
-        return code, finding_of(Notice(Code.MODEL_MISMATCH, numbers={"left_percent": float(left)}))
-    return code, str(warning["message"])
+        return code, finding_of(Notice(Code.MODEL_MISMATCH, numbers={"left_percent": _number(left)}))
+    return code, _text(warning["message"])

@@ -93,11 +93,10 @@ def result_text(result: Identification) -> str:
     if result.combined:
         lines += ["", text_table(header, [parameter_row(p) for p in result.combined], right=(1, 2, 3))]
     lines.append("")
-    if "free_resonance_hz" in result.derived:
-        lines.append(
-            f"modes: locked motor {result.derived['locked_motor_hz']:.4g} Hz, "
-            f"free {result.derived['free_resonance_hz']:.4g} Hz"
-        )
+    if "locked_motor_hz" in result.derived:
+        free = result.derived.get("free_resonance_hz")
+        more = "" if free is None else f", free {free:.4g} Hz"
+        lines.append(f"modes: locked motor {result.derived['locked_motor_hz']:.4g} Hz{more}")
     if "x5_sigmas" in result.derived:
         lines.append(
             f"X5: {result.combined[4].value:.4g} fitted, {result.derived['x5_predicted']:.4g} from the other six: "

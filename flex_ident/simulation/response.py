@@ -113,6 +113,9 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
         reaction = load * (1.0 + terms[Term.KINEMATIC_ERROR] * cycles * np.cos(angle))
     torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + reaction + terms[Term.OFFSET]
     torque = torque + motor_friction(terms, motion, load, sign)
+    if terms[Term.GRAVITY_REMOVED] != 0.0:
+        weight = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
+        torque = torque - terms[Term.GRAVITY_REMOVED] * weight
     if terms[Term.RIPPLE] != 0.0:
         angle = terms[Term.RIPPLE_CYCLES] * motion.position + terms[Term.RIPPLE_PHASE]
         torque = torque + terms[Term.RIPPLE] * np.sin(angle)

@@ -93,6 +93,8 @@ class Term(IntEnum):
     """Time, s, by which dry friction turns over before the velocity does."""
     EFFORT_LAG = "measurement", False
     """Time constant, s, of a first-order low-pass in the recorded torque."""
+    GRAVITY_REMOVED = "measurement", False
+    """Share of the gravity at the motor's position that the recorded torque is without: the controller adds it."""
 
     @property
     def moves_link(self) -> bool:
@@ -142,6 +144,7 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "presliding": (Term.PRESLIDING, 1.0),
     "reversal_lead": (Term.REVERSAL_LEAD, 1.0),
     "effort_lag": (Term.EFFORT_LAG, 1.0),
+    "gravity_removed": (Term.GRAVITY_REMOVED, 1.0),
 }
 
 

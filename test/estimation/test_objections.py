@@ -10,8 +10,10 @@ from flex_ident.bags import read_recording
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording
 from flex_ident.recording.magnitudes import magnitude_notices
+from flex_ident.report.advice import first_thing
 from flex_ident.report.sentences import sentence
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
@@ -74,6 +76,15 @@ def test_reversed_effort_is_named(cobot: Recording, sensors: str) -> None:
     result = identify(turned, IdentifyOptions(sensors=sensors, method="weighted"))
     assert result.verdict == "rejected"
     assert result.notices[0].code == "effort_reversed"
+
+
+@pytest.mark.parametrize(("case", "verdict"), [("fast", "trusted"), ("slow", "doubtful")])
+def test_an_effort_that_was_measured_slowly_is_not_trusted(cobot: Recording, case: str, verdict: str) -> None:
+    numbers = {"stamped_hz": 500.0, "measured_hz": 50.0, "count": 9.0, "total": 10.0}
+    said = Notice(Code.HELD_SAMPLES, "/joint_states:a.effort", numbers, {"case": case})
+    result = identify(replace(cobot, notices=(said,)), IdentifyOptions(cutoff_sweep=False))
+    assert result.verdict == verdict
+    assert ((first_thing(result) or "").startswith("/joint_states:a.effort is stamped at 500 Hz")) == (case == "slow")
 
 
 def test_degrees_are_not_trusted(cobot: Recording) -> None:

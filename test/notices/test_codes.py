@@ -10,6 +10,7 @@ import pytest
 import flex_ident
 from flex_ident.commands.flex_ident import main
 from flex_ident.notices import Code, Notice
+from flex_ident.notices.codes import CASES
 from flex_ident.report.advice import DOUBTS, REFUSALS, SIGNALS_FIRST
 from flex_ident.report.codes import codes_page
 from flex_ident.report.sentences import SENTENCES, sentence, warning_content
@@ -40,6 +41,17 @@ def test_a_code_has_meaning_and_sentence_and_advice_where_it_doubts(code: Code) 
 @pytest.mark.parametrize("code", [c for c in Code if c.severity != "info"])
 def test_what_doubts_or_rejects_is_said_first(code: Code) -> None:
     assert code in (*SIGNALS_FIRST, *DOUBTS, *REFUSALS)
+
+
+def test_a_case_may_be_worse_than_its_code() -> None:
+    slow, fast = (Notice(Code.HELD_SAMPLES, "/t:a", texts={"case": case}) for case in ("slow", "fast"))
+    assert (slow.severity, fast.severity, Code.HELD_SAMPLES.severity) == ("doubt", "info", "info")
+    for (code, case), severity in CASES.items():
+        known = SENTENCES[code]
+        assert not isinstance(known, str)
+        assert case in known  # type: ignore[operator]
+        assert code in (*SIGNALS_FIRST, *DOUBTS, *REFUSALS)
+        assert f"{severity}s where" in code.meaning
 
 
 @pytest.mark.parametrize(("path", "call"), BUILT, ids=[f"{p}:{c.lineno}" for p, c in BUILT])
@@ -74,6 +86,11 @@ def test_every_sentence_of_a_code_can_be_made(code: Code) -> None:
 
 FIELDS: dict[Code, dict[str, str]] = {
     Code.TIME_JUMPED_BACK: dict.fromkeys(("jumps", "largest_s", "kept", "dropped"), "f"),
+    Code.CLOCK_STEPPED: dict.fromkeys(("steps", "largest_ms"), "f"),
+    Code.ISOLATED_VALUES: dict.fromkeys(("count", "total", "constant"), "f"),
+    Code.EFFORT_FROZEN: dict.fromkeys(("stretches", "seconds", "count", "total"), "f"),
+    Code.POSITION_UNWRAPPED: dict.fromkeys(("jumps", "size"), "f"),
+    Code.POSITION_REZEROED: dict.fromkeys(("jumps", "largest"), "f"),
     Code.POSITION_NOT_SI: {"ratio": "f"},
     Code.NOT_IDENTIFIABLE: {"std": "f"},
     Code.LOW_EXCITATION: {"relative_std_percent": "f"},

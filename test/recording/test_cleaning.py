@@ -59,7 +59,7 @@ def test_samples_out_of_order_are_dropped() -> None:
     order[[200, 201]] = order[[201, 200]]
     signal, codes = cleaned(TIME[order], VALUES[order])
     np.testing.assert_array_equal(signal.time, np.delete(TIME, 200))
-    assert (signal.dropped_backwards, codes) == (1, [])
+    assert (signal.dropped_backwards, codes) == (1, ["stamps_out_of_order"])
 
 
 @pytest.mark.parametrize("wrong", [1e9, -1e9, 0.5, 1e300, np.nan])

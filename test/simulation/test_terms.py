@@ -33,7 +33,7 @@ SIZES: dict[Term, float] = {
     Term.MOTOR_STRIBECK_VELOCITY: 0.1, Term.MOTOR_LOAD_FRICTION: 0.05, Term.RIPPLE: 1.0, Term.RIPPLE_CYCLES: 60.0,
     Term.RIPPLE_PHASE: 0.3, Term.TORQUE_DELAY: 1e-3, Term.TORQUE_AVERAGING: 0.04, Term.LINK_SKEW: 1e-3,
     Term.LINK_ZERO: 1e-2, Term.TORQUE_LIMIT: 30.0, Term.REVERSAL_SPEED: 0.02, Term.PRESLIDING: 1e-3,
-    Term.REVERSAL_LEAD: 2e-3, Term.EFFORT_LAG: 1e-3,
+    Term.REVERSAL_LEAD: 2e-3, Term.EFFORT_LAG: 1e-3, Term.GRAVITY_REMOVED: 1.0,
 }  # fmt: skip
 """What each term may be in a cobot's joint; those of the base model are the joint's own."""
 

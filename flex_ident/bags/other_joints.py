@@ -1,0 +1,65 @@
+"""The other joints of the recording: which there are beside the one to identify, and where they were."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from flex_ident.bags.layouts import MessageLayouts
+from flex_ident.bags.messages import Topic
+from flex_ident.bags.motions import HELD, is_joint_state, link_names, motor_names
+from flex_ident.bags.selection import Place
+from flex_ident.bags.storage import Bag
+from flex_ident.notices import Code, Notice
+from flex_ident.recording import Floats, Signal
+from flex_ident.recording.clocks import RawSignal
+from flex_ident.recording.stillness import is_held
+
+MOST = 64
+"""Joints of one topic that are looked at."""
+FEWEST = 16
+"""Positions below which nobody can say whether a joint moved."""
+Track = tuple[Floats, Floats]
+"""Times (k,), s, on the axis of the recording's signals, and positions (k,), rad or m."""
+
+
+def other_places(bag: Bag, topic: Topic, joints: Sequence[str]) -> list[Place]:
+    """The positions of all joints in a topic of joint states but those of these names, their motors and links."""
+    if not is_joint_state(topic):
+        return []
+    own = {name for joint in joints for name in (*motor_names(joint), *link_names(joint))}
+    layouts = MessageLayouts(topic, ros1=bag.ros1, keys=("name",))
+    block = next(iter(bag.blocks(frozenset((topic.name,)))), None)
+    names = [] if block is None else [name for layout, _, _ in layouts(block) for name in layout.names]
+    met = set(names)
+    links = {name for joint in met for name in link_names(joint)}
+    kept = [name for name in dict.fromkeys(names) if name not in own and name not in links]
+    return [Place(topic.name, name, "position") for name in kept[:MOST]]
+
+
+def tracks(raw: Mapping[str, RawSignal], motor: Signal, origin: float) -> dict[str, Track]:
+    """Where the joints that moved were, by name; `origin` of the motor's time axis, s.
+
+    A joint that moves less than a fiftieth of the one that moves most is held, and shakes.
+    """
+    found: dict[str, Track] = {}
+    for name, own in raw.items():
+        stamps = own.stamps if motor.clock == "header" else own.received
+        time = (stamps - round(origin * 1e9)).astype(np.float64) * 1e-9
+        good = np.isfinite(own.values) & (stamps > 0)
+        time, values = time[good], own.values[good]
+        keep = np.concatenate(([True], np.diff(np.maximum.accumulate(time)) > 0.0)) if time.size else good
+        time, values = time[keep], values[keep]
+        if values.size >= FEWEST and not is_held(values):
+            found[name] = (time, np.unwrap(values))
+    ranges = {name: float(np.ptp(values)) for name, (_, values) in found.items()}
+    most = max((*ranges.values(), float(np.ptp(motor.values))), default=0.0)
+    return {name: track for name, track in found.items() if ranges[name] > HELD * most}
+
+
+def moved_notice(others: Mapping[str, Track]) -> Notice | None:
+    """That other joints moved, how many, and which; None where none did."""
+    if not others:
+        return None
+    return Notice(Code.OTHER_JOINTS_MOVE, "", {"count": len(others)}, {"joints": ", ".join(others)})

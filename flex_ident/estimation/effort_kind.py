@@ -1,0 +1,307 @@
+"""What the recorded effort is, told from the fit: the motor's torque, the torque through the gear, less gravity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flex_ident.effects import key_named
+from flex_ident.errors import ExcitationError
+from flex_ident.likelihood.comparison import correlation_factor
+from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
+from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.remainder import remainder
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Code, Notice
+from flex_ident.parameters import GRAVITY_KEYS, UNITS, Parameter
+from flex_ident.parameters.effort_kinds import (
+    GRAVITY_COMPENSATED,
+    GRAVITY_REMOVED,
+    JOINT_SENSOR,
+    MOTOR,
+    MOTOR_KEYS,
+    REVERSAL_KEYS,
+    EffortKind,
+)  # fmt: skip
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import GRAVITY
+
+ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
+ROUNDS = ((12, 1e-4), (10, 1e-6))
+NO_INERTIA = 0.05
+"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have 0.2 to
+5, and a direct drive without a rotor to speak of has 0.3."""
+NO_FRICTION, NO_TORQUE = 0.1, 0.01
+"""Of the link's friction, or of the torque, rms: the motor's friction under which there is none."""
+AS_LIKELY = 40.0
+"""Twice the log-likelihood, in independent samples, that leaving the motor's side out may cost: three keys of a model
+with the method's own error at reversals."""
+CLEARLY = 20.0
+"""Twice the log-likelihood, in independent samples, from which one kind of effort wins over another: 1 in 20,000."""
+FAR = 1000.0
+"""The same, to first order, from which gravity is in the effort for certain: -1e5 and less for joints that bear any
+to speak of; a fit that is far off for want of it showed -42."""
+MOST_OF_IT, MOST_WITH_LINK = 0.8, 0.3
+"""Share of what the worse model leaves above the noise that the better one must explain. A link encoder shows gravity
+to first order, and its own rounding as well; the motor alone to second order, where a gravity that pulls the other way
+may do half as well."""
+GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
+"""First moments times g that are tried, over the stiffness of the joint."""
+GRAVITY_ANGLES = 8
+SEEN = 4.0
+"""Standard deviations from which gravity is seen in the mode."""
+
+
+@dataclass(frozen=True)
+class KindFit:
+    """The fit under the kind of effort that holds, and what speaks for it.
+
+    `rival` (p,): by how much a fit under another kind differs that the recording cannot tell from this one, and `open`
+    (p, p) the covariance of that fit; None where there is none.
+    """
+
+    kind: EffortKind
+    solver: SteadyFit
+    fit: Fit
+    notices: tuple[Notice, ...] = ()
+    rival: Floats | None = None
+    open: Floats | None = None
+    unclear: bool = False
+    """Whether the rival leaves a parameter of the joint open beyond the interval that it has without it."""
+
+    @property
+    def absent(self) -> tuple[Parameter, ...]:
+        """Parameters of which this kind of effort says nothing."""
+        if self.kind != JOINT_SENSOR or self.fit.values.get("J"):
+            return ()
+        return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in MOTOR_KEYS)
+
+    def refitted(self, solver: SteadyFit, fit: Fit) -> KindFit:
+        """The same kind, of a fit with other keys: a rival's difference follows the keys that both have."""
+        rival, covariance = self.rival, self.open
+        if rival is not None and covariance is not None and fit.free != self.fit.free:
+            both = [(i, self.fit.free.index(k)) for i, k in enumerate(fit.free) if k in self.fit.free]
+            here, there = ([pair[side] for pair in both] for side in (0, 1))
+            size, before = len(fit.free), (rival, covariance)
+            rival, covariance = np.zeros(size), np.zeros((size, size))
+            rival[here], covariance[np.ix_(here, here)] = before[0][there], before[1][np.ix_(there, there)]
+        return replace(self, solver=solver, fit=fit, rival=rival, open=covariance)
+
+    def weighed(self, uncertainty: Uncertainty) -> KindFit:
+        """The same, told the uncertainty that the fit has without its rival."""
+        if self.rival is None:
+            return self
+        assert self.open is not None
+        moved = zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
+        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in UNITS and k != "offset"]
+        return replace(self, unclear=max(sizes, default=0.0) > 1.96)
+
+    def joined(self, uncertainty: Uncertainty) -> Uncertainty:
+        """The uncertainty joined with what the rival would move."""
+        if self.rival is None or self.open is None:
+            return uncertainty
+        joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
+        return replace(uncertainty, covariance=joined)
+
+
+def kept_priors(priors: Mapping[str, Prior], keys: Sequence[str]) -> dict[str, Prior]:
+    """The nuisances that the keys leave something to do: without the motor's dry friction none turns over."""
+    dry = {"FSm", "FS"} if "J" in keys else {"FSm"}
+    has_friction = bool(dry & set(keys)) or any(key_named(k).effect for k in keys)
+    return {k: p for k, p in priors.items() if has_friction or k not in REVERSAL_KEYS}
+
+
+def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> KindFit:
+    """The fit of a base model under the kind of effort asked for, or under the one that `auto` finds. Raises nothing
+    that the fit has not raised already."""
+    sensor = not problem.rigid and "Jm" not in fit.free
+    if kind == JOINT_SENSOR or sensor:
+        case = {"case": "found" if kind == "auto" else "given"}
+        said = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", {"inertia_percent": 0.0}, case)
+        return KindFit(JOINT_SENSOR, solver, fit, (said,))
+    if kind == GRAVITY_COMPENSATED:
+        said = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {}, {"case": "given"})
+        return KindFit(GRAVITY_COMPENSATED, solver, fit, (said,))
+    if problem.rigid or kind != "auto" or any(key_named(k).effect for k in fit.free):
+        return KindFit(MOTOR, solver, fit)
+    try:
+        found = _joint_sensor(problem, solver, fit)
+        return found if found is not None else _gravity_compensated(problem, solver, fit)
+    except ExcitationError:  # the other kind's model runs away: it is not this one
+        return KindFit(MOTOR, solver, fit)
+
+
+def _refitted(
+    problem: FitProblem, solver: SteadyFit, keys: Sequence[str], start: Mapping[str, float], *, rough: bool = False
+) -> tuple[SteadyFit, Fit]:
+    """The fit over other keys, from values near its optimum, or `rough` ones. Raises ExcitationError."""
+    priors = kept_priors(solver.priors, keys)
+    values = {k: v for k, v in start.items() if k not in REVERSAL_KEYS or k in priors}
+    own = SteadyFit(problem, priors=priors, marks=solver.marks, local=solver.local)
+    if rough:
+        first = SimulationFit(problem, priors=priors)
+        few = (*keys, *(k for k in priors if k not in REVERSAL_KEYS))
+        for iterations, tolerance in ROUGH_ROUNDS:
+            found = first.solve(few, values, first.whitenings(values), iterations=iterations, tolerance=tolerance)
+            values = dict(found.values)
+    fit: Fit | None = None
+    for iterations, tolerance in ROUNDS:
+        fit = own.solve((*keys, *priors), values, own.whitenings(values), iterations=iterations, tolerance=tolerance)
+        values = dict(fit.values)
+    assert fit is not None
+    return own, fit
+
+
+def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit | None:
+    """The fit without the motor's side, where that is negligible and nothing is lost; else None."""
+    values, known = fit.values, uncertainty_of(fit, problem.rate_hz)
+    std = {k: min(known.std(k), 1e300) if k not in fit.at_bound else 0.0 for k in MOTOR_KEYS}
+    inertia = values["Jm"] + 2.0 * std["Jm"]
+    if inertia > NO_INERTIA * values["JL"]:
+        return None
+    speed = float(np.std(problem.motion.velocity))
+    torque = float(np.std(problem.torque[problem.usable]))
+    link = values.get("FV", 0.0) * speed + values.get("FS", 0.0)
+    if values.get("FVm", 0.0) * speed + values.get("FSm", 0.0) > max(NO_FRICTION * link, NO_TORQUE * torque):
+        return None
+    keys = [k for k in fit.free if k in UNITS and k not in MOTOR_KEYS]
+    own, found = _refitted(problem, solver, keys, {k: v for k, v in values.items() if k not in MOTOR_KEYS})
+    if gain_of(problem, own, fit, found).size < -AS_LIKELY:
+        return None
+    sizes = {"inertia_percent": 100.0 * inertia / values["JL"]}
+    notice = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", sizes, {"case": "found"})
+    return KindFit(JOINT_SENSOR, own, found, (notice,))
+
+
+def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
+    """The better of the fits with and without gravity in the effort, or the latter and how far the other is off."""
+    motor = KindFit(MOTOR, solver, fit)
+    if not all(k in fit.free for k in GRAVITY_KEYS):
+        return motor
+    linear = linear_gain(problem, solver, fit)
+    if linear < -FAR:
+        return motor
+    keys = [k for k in fit.free if k in UNITS]
+    tried: list[tuple[Gain, SteadyFit, Fit]] = []
+    for start in _gravity_starts(problem, solver, fit):
+        try:
+            own, found = _refitted(problem, solver, keys, start)
+        except ExcitationError:
+            continue
+        tried.append((gain_of(problem, own, fit, found), own, found))
+    tried.sort(key=lambda one: -one[0].size)
+    if not tried or tried[0][0].size < -CLEARLY:
+        return motor
+    gain, own, found = tried[0]
+    alike = [f for g, _, f in tried if g.size > gain.size - CLEARLY]
+    left = remainder(own, found)
+    enough = MOST_OF_IT if problem.link is None else MOST_WITH_LINK
+    explains = gain.share > enough and not left.structured(left.gap)
+    known = uncertainty_of(found, problem.rate_hz)
+    alone = all(abs(f.values[k] - found.values[k]) < SEEN * known.std(k) for f in alike for k in keys)
+    if gain.size > CLEARLY and explains and alone and _gravity_sigmas(found, problem.rate_hz) > SEEN:
+        notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
+        return KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
+    rivals = [np.array([f.values[k] - fit.values[k] for k in fit.free]) for f in alike]
+    moved = max(rivals, key=lambda r: abs(float(r[fit.free.index("K")])))
+    both = [found.free.index(k) for k in fit.free]
+    return replace(motor, rival=moved, open=known.covariance[np.ix_(both, both)])
+
+
+def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit) -> list[dict[str, float]]:
+    """Where fits of an effort without gravity start: the best of gravities of several sizes and directions.
+
+    Such a torque is, to first order in gravity's stiffness k over K, that of a joint without gravity of a stiffness
+    K - k and a link inertia smaller in the ratio of the squares: so the fit with the motor's torque lies in a valley
+    along which gravity is open, with K and JL following. Only what is of second order in k, or a link encoder, tells.
+    """
+    values, here = fit.values, float(np.mean(problem.motion.position))
+    many = [{**values, GRAVITY_REMOVED: 1.0}]
+    for size in GRAVITY_SIZES:
+        for angle in np.arange(GRAVITY_ANGLES) * 2.0 * math.pi / GRAVITY_ANGLES:
+            moment = size * values["K"] / GRAVITY
+            slope = -GRAVITY * moment * math.sin(here - angle)
+            stiffness = values["K"] + slope
+            ratio = (stiffness + slope) / values["K"]
+            own = {"K": stiffness, "MX": moment * math.cos(angle), "MY": moment * math.sin(angle), "offset": 0.0}
+            own |= {k: ratio * values[k] for k in ("JL", "FV", "FS") if k in values}
+            many.append({**values, **own, GRAVITY_REMOVED: 1.0})
+    rests = solver.whitened_residuals(many, fit.whitenings)
+    costs = [float(r @ r) if np.isfinite(r).all() else math.inf for r in rests]
+    order = sorted(range(len(many)), key=lambda i: costs[i])
+    first = many[order[0]]
+    # The next that lies elsewhere: of gravity that pulls the other way, if there is one.
+    apart = next((many[i] for i in order[1:] if _pull(many[i], here) * _pull(first, here) < 0.0), many[order[1]])
+    return [first, apart]
+
+
+def _pull(values: Mapping[str, float], position: float) -> float:
+    """Gravity's stiffness at a position over g, kg m."""
+    return values["MY"] * math.cos(position) - values["MX"] * math.sin(position)
+
+
+def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
+    known = uncertainty_of(fit, rate_hz)
+    ratios = [abs(fit.values[k]) / known.std(k) for k in GRAVITY_KEYS if known.std(k) > 0.0]
+    return max(ratios, default=0.0)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Twice the log-likelihood that one fit gains over another under one noise, in independent samples, and the share
+    that it saves of what the other leaves above that noise."""
+
+    size: float
+    share: float
+
+
+def gain_of(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> Gain:
+    """What `after` gains over `before`, the noise being the less of what either shows."""
+    plain = SteadyFit(problem, priors=solver.priors, marks=solver.marks)
+    choices = [plain.whitenings(f.values) for f in (before, after)]
+    whitenings = tuple(min(pair, key=lambda w: w.scale) for pair in zip(*choices, strict=True))
+    one, two = (plain.whitened_residual(f.values, whitenings) for f in (before, after))
+    cost, other = float(one @ one), float(two @ two)
+    count = min(one.size, two.size)
+    correlated = correlation_factor(replace(after, residual=two, rows=plain._rows(whitenings)))
+    size = max(min(cost, other) / count, 1.0)
+    return Gain((cost - other) / size / correlated, (cost - other) / max(cost - count, 1e-300))
+
+
+def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:
+    """Twice the log-likelihood, to first order, that an effort without gravity gains over one with it.
+
+    What is recorded is then the motor's torque less g (MX cos qm + MY sin qm): two columns that need no simulation.
+    """
+    position = problem.motion.position
+    nothing = [np.zeros(problem.time.size)] * (len(fit.whitenings) - 1)
+    late = float(fit.values.get("torque_delay", 0.0))
+    removed = [
+        solver.whitened((GRAVITY * problem.reduced(shape, delay=late), *nothing), fit.whitenings)
+        for shape in (np.cos(position), np.sin(position))
+    ]
+    inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
+    jacobian, prior = fit.jacobian.copy(), np.sqrt(np.diag(fit.prior_information))
+    rest = fit.residual.copy()
+    costs = [_least(jacobian[:, inside], rest, prior[inside])]
+    for key, column in zip(GRAVITY_KEYS, removed, strict=True):
+        jacobian[:, fit.free.index(key)] += column
+        rest = rest + fit.values[key] * column
+    costs.append(_least(jacobian[:, inside], rest, prior[inside]))
+    size = max(min(costs) / rest.size, 1.0)
+    return (costs[0] - costs[1]) / size / correlation_factor(fit)
+
+
+def _least(jacobian: Floats, rest: Floats, prior: Floats) -> float:
+    """The least sum of squares of a linearised problem, priors included."""
+    matrix = np.concatenate((jacobian, np.diag(prior)))
+    target = np.concatenate((rest, np.zeros(prior.size)))
+    scale = np.linalg.norm(matrix, axis=0)
+    scale[scale == 0.0] = 1.0
+    solution = np.linalg.lstsq(matrix / scale, -target, rcond=1e-10)[0]
+    left = target + matrix / scale @ solution
+    return float(left @ left)

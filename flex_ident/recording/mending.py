@@ -1,0 +1,116 @@
+"""What robots really publish, made fit for a fit: each fault found, repaired or left out, counted and said.
+
+On signals that have none of these faults, nothing is changed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.notices import Code, Notice
+from flex_ident.recording.holds import Freeze, freezes, fresh, samples_per_update
+from flex_ident.recording.instants import rough_period
+from flex_ident.recording.outliers import put_in_between, spikes
+from flex_ident.recording.recording import SLOW_HZ, Floats, Role, Signal
+from flex_ident.recording.seams import continued
+
+MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
+POSITIONS: tuple[Role, ...] = ("motor_position", "link_position")
+MANY = 0.2
+"""Share of the messages from which a constant in between comes from a second publisher."""
+
+
+def mended_signals(
+    signals: list[Signal], factors: Mapping[Role, float] | None = None
+) -> tuple[list[Signal], list[Notice]]:
+    """The signals without outliers, seams, repeats and freezes, and what was done.
+
+    `factors` are what positions were multiplied by: they say how large a turn of the encoder is.
+    """
+    notices: list[Notice] = []
+    found: dict[Role, Signal] = {}
+    for signal in signals:
+        own = signal
+        if own.role in MEASURED:
+            own = _without_repeats(_without_constants(own, notices), notices)
+        if own.role in POSITIONS:
+            own = _without_seams(own, 2.0 * math.pi * (factors or {}).get(own.role, 1.0), notices)
+        if own.role in MEASURED:
+            own = _without_spikes(own, notices)
+        found[own.role] = own
+    if "motor_torque" in found:
+        found["motor_torque"] = _without_freezes(found["motor_torque"], found["motor_position"], notices)
+    return list(found.values()), notices
+
+
+def _kept(signal: Signal, kept: NDArray[np.bool_]) -> Signal:
+    return replace(signal, time=signal.time[kept], values=signal.values[kept])
+
+
+def _without_constants(signal: Signal, notices: list[Notice]) -> Signal:
+    total = signal.values.size
+    between, constant = put_in_between(signal.values)
+    count = int(np.count_nonzero(between))
+    if count:
+        sizes = {"count": count, "total": total, "constant": constant}
+        case = "second_publisher" if count > MANY * total else "few"
+        notices.append(Notice(Code.ISOLATED_VALUES, signal.source, sizes, {"case": case}))
+        signal = _kept(signal, ~between)
+    return signal
+
+
+def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
+    total = signal.values.size
+    lone = spikes(signal.values)
+    count = int(np.count_nonzero(lone))
+    if count:
+        notices.append(Notice(Code.SPIKES, signal.source, {"count": count, "total": total}))
+        signal = _kept(signal, ~lone)
+    return signal
+
+
+def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal:
+    jumps = continued(signal.time, signal.values, turn)
+    if not jumps.count:
+        return signal
+    if jumps.seam:
+        sizes = {"jumps": jumps.count, "size": jumps.size}
+        notices.append(Notice(Code.POSITION_UNWRAPPED, signal.source, sizes, {"case": "seam"}))
+    else:
+        sizes = {"jumps": jumps.count, "largest": jumps.size}
+        notices.append(Notice(Code.POSITION_REZEROED, signal.source, sizes))
+    return replace(signal, values=jumps.values)
+
+
+def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Signal:
+    position: Floats = np.interp(torque.time, motor.time, motor.values)
+    stretches: list[Freeze] = freezes(torque.values, position, rough_period(torque.time))
+    if not stretches:
+        return torque
+    kept = np.ones(torque.values.size, bool)
+    seconds = 0.0
+    for stretch in stretches:
+        kept[stretch.start + 1 : stretch.stop] = False
+        seconds += float(torque.time[stretch.stop - 1] - torque.time[stretch.start])
+    dropped = int(np.count_nonzero(~kept))
+    sizes = {"stretches": len(stretches), "seconds": seconds, "count": dropped, "total": kept.size}
+    notices.append(Notice(Code.EFFORT_FROZEN, torque.source, sizes))
+    return _kept(torque, kept)
+
+
+def _without_repeats(signal: Signal, notices: list[Notice]) -> Signal:
+    ratio = samples_per_update(signal.values)
+    if ratio <= 1.0:
+        return signal
+    kept = fresh(signal.values, ratio)
+    rate = 1.0 / rough_period(signal.time)
+    count = int(np.count_nonzero(~kept))
+    sizes = {"stamped_hz": rate, "measured_hz": rate / ratio, "count": count, "total": kept.size}
+    case = "slow" if rate / ratio < SLOW_HZ else "fast"
+    notices.append(Notice(Code.HELD_SAMPLES, signal.source, sizes, {"case": case}))
+    return _kept(signal, kept)

@@ -1,0 +1,103 @@
+"""What the effort is, told from the fit or as it is given: on the virtual joint, whose plant is not the estimator's."""
+
+import math
+
+import numpy as np
+import pytest
+from kinds_of_effort import kind_recording
+
+from flex_ident.errors import SignalError
+from flex_ident.estimation.identification import identify
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.parameters import Identification, JointModel
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment
+
+EXPERIMENT = Experiment(duration_s=25.0, sample_rate_hz=500.0, start=0.6, end_frequency_hz=40.0)
+HEAVY = JointModel({**COBOT_JOINT.parameters, "MX": 0.0, "MY": -12.0}, joint="heavy")
+SENSORS = pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+
+
+def codes(result: Identification) -> set[str]:
+    return {str(n.code) for n in result.notices}
+
+
+def assert_within(result: Identification, model: JointModel, sigmas: float = 4.0) -> None:
+    for p in result.parameters:
+        if p.identifiable:
+            assert abs(p.value - model.value(p.key)) < sigmas * p.std, p
+
+
+@SENSORS
+def test_a_joint_sensor_is_recognised_and_what_it_sees_is_trusted(sensors: str) -> None:
+    recording = kind_recording(HEAVY, "joint_sensor", EXPERIMENT, link=sensors != "motor")
+    result = identify(recording, IdentifyOptions(sensors=sensors))
+    assert "effort_joint_sensor" in codes(result)
+    assert result.verdict != "rejected"
+    assert [p.key for p in result.parameters if not p.identifiable][:3] == ["Jm", "FVm", "FSm"]
+    assert math.isinf(result.parameter("Jm").std)
+    assert "free_resonance_hz" not in result.derived
+    assert_within(result, HEAVY)
+    for key in ("K", "JL"):
+        assert result.parameter(key).identifiable
+        assert result.parameter(key).value == pytest.approx(HEAVY.value(key), rel=2e-3)
+
+
+def test_a_joint_sensor_that_is_given_says_so_and_is_not_sought() -> None:
+    recording = kind_recording(HEAVY, "joint_sensor", EXPERIMENT, link=False)
+    result = identify(recording, IdentifyOptions(effort_kind="joint_sensor"))
+    assert next(n for n in result.notices if n.code == "effort_joint_sensor").case == "given"
+    assert result.parameter("K").value == pytest.approx(HEAVY.value("K"), rel=2e-3)
+    assert "Jm" not in result.model.parameters
+
+
+@SENSORS
+@pytest.mark.parametrize("model", [COBOT_JOINT, HEAVY], ids=["cobot", "heavy"])
+def test_a_motors_torque_is_not_taken_for_anything_else(model: JointModel, sensors: str) -> None:
+    recording = kind_recording(model, "motor", EXPERIMENT, link=sensors != "motor")
+    result = identify(recording)
+    assert not {c for c in codes(result) if c.startswith("effort_")}
+    assert_within(result, model)
+    given = identify(recording, IdentifyOptions(effort_kind="motor"))
+    assert result.verdict == given.verdict
+    for p in result.parameters:
+        assert p.value == given.parameter(p.key).value
+        assert p.std == given.parameter(p.key).std
+
+
+def test_gravity_that_the_controller_adds_is_recognised_with_a_link_encoder() -> None:
+    recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT)
+    result = identify(recording, IdentifyOptions())
+    notice = next(n for n in result.notices if n.code == "effort_gravity_compensated")
+    assert notice.numbers["gain"] > 20.0
+    assert_within(result, HEAVY)
+    assert result.parameter("JL").value == pytest.approx(HEAVY.value("JL"), rel=2e-3)
+    assert result.parameter("MY").value == pytest.approx(HEAVY.value("MY"), rel=0.05)
+
+
+def test_gravity_that_the_motor_alone_cannot_tell_is_asked_for_and_the_intervals_hold() -> None:
+    recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=False)
+    result = identify(recording, IdentifyOptions())
+    assert codes(result) & {"effort_kind_unclear", "effort_gravity_compensated"}
+    if "effort_kind_unclear" in codes(result):
+        assert result.verdict == "doubtful"
+    for p in result.parameters:
+        assert abs(p.value - HEAVY.value(p.key)) < 3.0 * p.std, p
+    given = identify(recording, IdentifyOptions(effort_kind="motor"))
+    assert abs(given.parameter("JL").value - HEAVY.value("JL")) > 5.0 * given.parameter("JL").std  # what is at stake
+
+
+@SENSORS
+def test_gravity_compensation_that_is_given_is_used(sensors: str) -> None:
+    recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=sensors != "motor")
+    result = identify(recording, IdentifyOptions(effort_kind="gravity_compensated"))
+    assert next(n for n in result.notices if n.code == "effort_gravity_compensated").case == "given"
+    assert "effort_kind_unclear" not in codes(result)
+    assert_within(result, HEAVY)
+
+
+def test_an_effort_without_its_sign_is_refused() -> None:
+    recording = kind_recording(COBOT_JOINT, "unsigned", EXPERIMENT)
+    for options in (IdentifyOptions(), IdentifyOptions(rigid=True), IdentifyOptions(method="weighted")):
+        with pytest.raises(SignalError, match="never changes its sign"):
+            identify(recording, options)
+    assert np.min(recording.motor_torque) > -0.1 * np.max(recording.motor_torque)

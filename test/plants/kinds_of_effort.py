@@ -1,0 +1,36 @@
+"""The virtual joint's recordings with another effort than the motor's torque."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from flex_ident.parameters import JointModel
+from flex_ident.recording import Recording
+from flex_ident.virtual_joint import Experiment, MeasurementChain, virtual_motion, virtual_recording
+
+GRAVITY = 9.81
+NOISE = 0.01
+"""Of the effort's standard deviation."""
+
+
+def kind_recording(
+    model: JointModel, kind: str, experiment: Experiment, *, bits: int = 17, link: bool = True, seed: int = 1
+) -> Recording:
+    """`motor`, `joint_sensor` (torque of the spring), `gravity_compensated` or `unsigned`, each with its noise."""
+    chain = MeasurementChain.with_bits(bits, bits, torque_noise=0.0, jitter=0.0, lost=0.0)
+    recording = virtual_recording(model, experiment, chain, seed=seed, link=link)
+    torque = recording.motor_torque.copy()
+    if kind == "joint_sensor":
+        motion = virtual_motion(model, experiment, seed=seed)
+        instants = recording.start_time_s + recording.time
+        deflection = np.interp(instants, motion.time, motion.motor_position - motion.link_position)
+        torque = model.value("K") * deflection
+    elif kind == "gravity_compensated":
+        position = recording.motor_position
+        torque -= GRAVITY * (model.value("MX") * np.cos(position) + model.value("MY") * np.sin(position))
+    elif kind == "unsigned":
+        torque = np.abs(torque)
+    noise = NOISE * float(np.std(torque)) * np.random.default_rng([seed, 7]).standard_normal(torque.size)
+    return replace(recording, motor_torque=torque + noise)
