@@ -28,6 +28,7 @@ from flex_ident.parameters.effort_kinds import (
     EffortKind,
 )  # fmt: skip
 from flex_ident.recording import Floats
+from flex_ident.regression.verdict import ESSENTIAL
 from flex_ident.simulation.terms import GRAVITY
 
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
@@ -97,7 +98,7 @@ class KindFit:
             return self
         assert self.open is not None
         moved = zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
-        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in UNITS and k != "offset"]
+        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in ESSENTIAL]
         return replace(self, unclear=max(sizes, default=0.0) > 1.96)
 
     def joined(self, uncertainty: Uncertainty) -> Uncertainty:

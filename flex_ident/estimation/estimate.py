@@ -239,11 +239,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     validation = validation_blocks(problem)
     own = SteadyFit(problem.restricted(problem.usable & ~validation), priors=solver.priors, marks=solver.marks)
     trained = own.solve(fit.free, fit.values, fit.whitenings, iterations=6, tolerance=1e-6)
-    plain, left, found = (
-        uncertainty_of(fit, problem.rate_hz),
-        remainder(solver, fit),
-        suspects(solver, fit, prismatic=prismatic),
-    )
+    plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
+    found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
     joined = widened(plain, found, left)
     coupling = coupling_of(solver, fit)
     return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, coupling)

@@ -275,7 +275,8 @@ def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
 
 def _paper_order(parameter: Parameter) -> int:
     """Place of a parameter of eq. 11; effects come last."""
-    return FLEXIBLE_KEYS.index(parameter.key) if parameter.key in FLEXIBLE_KEYS else len(FLEXIBLE_KEYS)
+    order = ("J", *FLEXIBLE_KEYS)
+    return order.index(parameter.key) if parameter.key in order else len(order)
 
 
 def identification_of(

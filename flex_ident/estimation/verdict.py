@@ -32,7 +32,7 @@ EFFECT_LIMIT = 0.01
 SAMPLES_A_PERIOD = 10.0
 """Samples in a period of the locked-motor frequency under which a result is doubtful."""
 
-MOVED = 3.0
+MOVED = 5.0
 """Standard deviations by which an effect that the recording shows must move a parameter to make the result doubtful."""
 
 Objection = tuple[Verdict, Notice | None]
@@ -168,7 +168,10 @@ def _structure(evidence: Evidence) -> Iterator[Objection]:
     if evidence.coupling is not None and evidence.coupling.seen:
         yield "doubtful", coupling_notice(evidence.coupling)
     strong = [s for s in evidence.suspects if s.strong]
-    if strong and (structured or any(evidence.moved.get(s.effect, 0.0) > MOVED for s in strong)):
+    if not structured:  # what does not show as a gap matters only by what it moves
+        strong = sorted(strong, key=lambda s: -evidence.moved.get(s.effect, 0.0))
+        strong = [s for s in strong if evidence.moved.get(s.effect, 0.0) > MOVED]
+    if strong:
         found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}
         yield "doubtful", Notice(Code.CAUSE_SUSPECTED, strong[0].effect, found)
 

@@ -20,6 +20,9 @@ from flex_ident.simulation.terms import Term
 VISIBLE = 10.0
 """Size of an effect's mark on the whitened residual, beyond what the model itself can do, from which it is testable."""
 
+IMITATED = 1e-3
+"""Share of a signature beyond the model's own parameters under which what is left of it is rounding, and no size."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -106,6 +109,8 @@ def _score(solver: SimulationFit, fit: Fit, candidate: Candidate, basis: Floats,
     if found is None:
         return None
     mark = candidate.plausible * found.seen
+    if found.orthogonal < IMITATED:
+        return Score(candidate, 0.0, found.orthogonal, mark, (candidate.plausible,) * len(found.sizes))
     if candidate.probe.one_sided and found.sizes[0] <= 0.0:
         return Score(candidate, 0.0, found.orthogonal, mark, (candidate.plausible,))
     # The gain of a full step is bounded by what the probe itself would do when the effect is not linear in its size.

@@ -22,7 +22,7 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.linear_probe import mount_change
-from flex_ident.screening.scoring import Score, following_of, orthonormal, projected, scores
+from flex_ident.screening.scoring import IMITATED, Score, following_of, orthonormal, projected, scores
 from flex_ident.screening.sketching import sketched
 
 MOUNT = "mount_mode"
@@ -60,8 +60,30 @@ class Suspect:
         return self.gain > STRONG
 
 
-def suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> tuple[Suspect, ...]:
-    """Every effect of the catalogue, and a base that gives way, that the residual speaks for; most first."""
+def suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool = False, structured: bool = False) -> tuple[Suspect, ...]:
+    """Every effect of the catalogue, and a base that gives way, that the residual speaks for; most first.
+
+    Under the weights of the fit, which let bad stretches weigh little. Where what is left is `structured`, under the
+    steady noise's as well, in which an effect that lies in one stretch stands out: of the two the one that shows more.
+    """
+    found = _suspects(solver, fit, prismatic=prismatic)
+    if structured:
+        steady = SteadyFit(solver.problem, priors=solver.priors, marks=solver.marks)
+        there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
+        found = _merged(found, _suspects(steady, there, prismatic=prismatic))
+    return tuple(sorted(found, key=lambda s: -s.gain))
+
+
+def _merged(one: list[Suspect], two: list[Suspect]) -> list[Suspect]:
+    best: dict[str, Suspect] = {}
+    for suspect in (*one, *two):
+        known = best.get(suspect.effect)
+        if known is None or suspect.gain > known.gain:
+            best[suspect.effect] = suspect
+    return list(best.values())
+
+
+def _suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[Suspect]:
     tries = candidates(solver.problem, fit.values, prismatic=prismatic)
     correlated = correlation_factor(fit)
     count = fit.residual.size / correlated
@@ -77,7 +99,7 @@ def suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> tuple[S
     mount = _mount(solver, fit, count, correlated)
     if mount is not None:
         found.append(mount)
-    return tuple(sorted(found, key=lambda s: -s.gain))
+    return found
 
 
 def _refitted(solver: SteadyFit, fit: Fit, score: Score, suspect: Suspect, correlated: float) -> Suspect:
@@ -107,7 +129,7 @@ def _mount(solver: SteadyFit, fit: Fit, count: float, correlated: float) -> Susp
             change = mount_change(problem, values, float(frequency), ratio, inertia)
             column = solver.whitened(change, fit.whitenings)[:, None]
             seen = projected(fit, column, basis, following)
-            if seen is None or seen.sizes[0] <= 0.0:
+            if seen is None or seen.sizes[0] <= 0.0 or seen.orthogonal < IMITATED:
                 continue
             gain = seen.gain / correlated - 3.0 * math.log(count) - 2.0 * math.log(len(CATALOGUE))
             if best is None or gain > best.gain:
