@@ -63,11 +63,11 @@ class Suspect:
 def suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool = False, structured: bool = False) -> tuple[Suspect, ...]:
     """Every effect of the catalogue, and a base that gives way, that the residual speaks for; most first.
 
-    Under the weights of the fit, which let bad stretches weigh little. Where what is left is `structured`, under the
-    steady noise's as well, in which an effect that lies in one stretch stands out: of the two the one that shows more.
+    Under the weights of the fit, which let bad stretches weigh little. Where what is left is `structured` and none
+    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows.
     """
     found = _suspects(solver, fit, prismatic=prismatic)
-    if structured:
+    if structured and not any(s.strong for s in found):
         steady = SteadyFit(solver.problem, priors=solver.priors, marks=solver.marks)
         there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
         found = _merged(found, _suspects(steady, there, prismatic=prismatic))
