@@ -148,11 +148,7 @@ def _simulated(
     if options.rigid:
         response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
-    rigid = (
-        None
-        if sensors == "motor+link" or options.rigid
-        else rigid_notice(recording, result.fit.relative_error_percent, prismatic=prismatic)
-    )
+    rigid = None if sensors == "motor+link" or options.rigid else rigid_notice(recording, result, prismatic=prismatic)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
@@ -224,13 +220,17 @@ def rigid_left_percent(recording: Recording, *, prismatic: bool) -> float | None
     return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
 
 
-def rigid_notice(recording: Recording, sprung_percent: float, *, prismatic: bool) -> Notice | None:
-    """That a rigid joint leaves no more of the torque than the spring that was fitted; None where it leaves more.
+def rigid_notice(recording: Recording, sprung: Identification, *, prismatic: bool) -> Notice | None:
+    """That a rigid joint does as well as the spring that was fitted; None where the spring has earned its place.
 
-    Of a motor alone only: with the link's position a spring can be measured that the torque does not show.
+    It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
+    a motor alone only: with the link's position a spring can be measured that the torque does not show.
     """
-    left = rigid_left_percent(recording, prismatic=prismatic)
-    if left is None or not left <= min(RIGID_MARGIN * sprung_percent, MOST_RIGID):
+    left, sprung_percent = rigid_left_percent(recording, prismatic=prismatic), sprung.fit.relative_error_percent
+    if left is None:
+        return None
+    undetermined = not sprung.parameter("K").identifiable and left < GOOD_RIGID
+    if not undetermined and not left <= min(RIGID_MARGIN * sprung_percent, MOST_RIGID):
         return None
     return Notice(Code.RIGID_AS_WELL, "K", {"rigid_percent": left, "sprung_percent": sprung_percent})
 

@@ -92,7 +92,9 @@ def _suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[Suspect]:
     for score in scored:
         price = len(score.candidate.keys) * math.log(count) + 2.0 * math.log(len(CATALOGUE))
         assert score.shift is not None
-        found.append(Suspect(score.candidate.effect, score.gain / correlated - price, score.shift))
+        # No larger than anything that somebody would have overlooked.
+        within = min(1.0, score.candidate.plausible / max(max(map(abs, score.sizes)), 1e-300))
+        found.append(Suspect(score.candidate.effect, score.gain / correlated - price, within * score.shift))
     strong = [(s, score) for s, score in zip(found, scored, strict=True) if s.strong][:MOST_SKETCHES]
     for suspect, score in strong:
         found[found.index(suspect)] = _refitted(solver, fit, score, suspect, correlated)

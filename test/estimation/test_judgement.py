@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flex_ident.estimation.verdict import MOVED, SAMPLES_A_PERIOD, Evidence, judged
+from flex_ident.estimation.verdict import CERTAIN_GAIN, MOVED, SAMPLES_A_PERIOD, Evidence, judged
 from flex_ident.likelihood.remainder import STRUCTURE, Remainder
 from flex_ident.notices import Code
 from flex_ident.parameters import Parameter, Verdict
@@ -33,7 +33,7 @@ def suspect(gain: float) -> Suspect:
     return Suspect("backlash", gain, np.zeros(3))
 
 
-HIDDEN = {"suspects": (suspect(2.0 * STRONG),), "moved": {"backlash": 2.0 * MOVED}}
+HIDDEN = {"suspects": (suspect(2.0 * CERTAIN_GAIN),), "moved": {"backlash": 2.0 * MOVED}}
 RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
     ("nothing", {}, "trusted", set()),
     ("weak", {"parameters": with_parameter("K", 1.1e-2 * WEAK_PERCENT * 1e4)}, "doubtful", {"low_excitation"}),
@@ -66,6 +66,7 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
     ("an effect that moves", HIDDEN, "doubtful", {"cause_suspected"}),
     ("one that moves nothing", {**HIDDEN, "moved": {"backlash": 0.5 * MOVED}}, "trusted", set()),
     ("one that is chance", {**HIDDEN, "suspects": (suspect(0.9 * STRONG),)}, "trusted", set()),
+    ("one without a gap, perhaps", {**HIDDEN, "suspects": (suspect(0.9 * CERTAIN_GAIN),)}, "trusted", set()),
     (
         "structure with its cause", {**HIDDEN, "moved": {}, "left": left(3.0)}, "doubtful",
         {"structured_residual", "cause_suspected"},
@@ -102,7 +103,7 @@ def test_the_strongest_cause_is_named_and_structure_says_its_numbers() -> None:
 
 def test_without_structure_the_cause_named_is_one_that_moves_a_parameter() -> None:
     """The recording may speak louder for an effect that does no harm: the doubt is about the other."""
-    both = (Suspect("kinematic_error", 500.0, np.zeros(3)), suspect(100.0))
+    both = (Suspect("kinematic_error", 3.0 * CERTAIN_GAIN, np.zeros(3)), suspect(2.0 * CERTAIN_GAIN))
     verdict, notices = judged(
         replace(SOUND, suspects=both, moved={"kinematic_error": 0.1 * MOVED, "backlash": 2.0 * MOVED})
     )

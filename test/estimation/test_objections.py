@@ -30,7 +30,7 @@ def test_rigid_machine_is_sent_to_rigid() -> None:
     result = identify(read_recording(EMPS))
     assert result.verdict == "rejected"
     assert result.notices[0].code == "rigid_as_well"
-    assert "a rigid joint explains it as well (4.0 against 5.8 %" in sentence(result.notices[0])
+    assert "a rigid joint explains it as well (3.3 against 2.4 %" in sentence(result.notices[0])
 
 
 def test_rigid_machine_on_which_the_spring_runs_away_is_sent_to_rigid() -> None:
