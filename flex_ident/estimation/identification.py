@@ -259,14 +259,22 @@ def folding_error(estimate: Estimate) -> float:
 
 
 def reversal_error(estimate: Estimate, key: str) -> float:
-    """Standard deviation of the motor's friction for what the laws of its turning over leave open."""
+    """Standard deviation of the motor's friction for what the laws of its turning over leave open.
+
+    And of its inertia where structure is left: friction that turns over otherwise looks like it, by its size over the
+    acceleration.
+    """
     values, problem = estimate.fit.values, estimate.problem
     dry = "FS" if problem.rigid else "FSm"
     error = REVERSAL_ERROR * values.get(dry, 0.0)
     if key == dry:
         return error
-    speed = float(np.std(problem.motion.velocity))
-    return error / speed if key == ("FV" if problem.rigid else "FVm") and speed > 0.0 else 0.0
+    speed, acceleration = (float(np.std(x)) or math.inf for x in (problem.motion.velocity, problem.motion.acceleration))
+    if key == ("FV" if problem.rigid else "FVm"):
+        return error / speed
+    if key == ("J" if problem.rigid else "Jm") and estimate.left.structured(estimate.left.gap):
+        return error / acceleration
+    return 0.0
 
 
 def identified_parameter(estimate: Estimate, key: str) -> Parameter:
