@@ -10,7 +10,7 @@ CONSTRAINTS ?=
 
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 
-.PHONY: demo test test-core lint clean
+.PHONY: demo test test-core test-campaign lint clean
 .DEFAULT_GOAL := test
 
 $(VENV)/.ready: setup.py
@@ -25,10 +25,14 @@ demo: $(VENV)/.ready
 # The nodes' tests run one after the other: they want the machine for themselves.
 test: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros" $(ARGS)
-	$(BIN)/python -m pytest -m ros $(ARGS)
+	$(BIN)/python -m pytest -m "ros and not campaign" $(ARGS)
 
 test-core: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not slow" $(ARGS)
+
+# Every fault on the plant itself, in all kinds of command, and many topics under load: ten minutes, nothing beside it.
+test-campaign: $(VENV)/.ready
+	$(BIN)/python -m pytest -m campaign $(ARGS)
 
 lint: $(VENV)/.ready
 	$(BIN)/pip install -q --disable-pip-version-check ruff mypy types-PyYAML

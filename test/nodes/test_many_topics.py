@@ -14,7 +14,7 @@ from rig import JOINT, rig
 from rosbags.highlevel import AnyReader
 from stand_in import TOPIC
 
-pytestmark = [pytest.mark.ros, pytest.mark.slow]
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.campaign]
 TOPICS, RATE_HZ = 30, 300
 BUSY = "while True: sum(range(10000))"
 
