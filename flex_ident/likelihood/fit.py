@@ -222,10 +222,13 @@ class SimulationFit:
             if key in self.priors:
                 information[i, i] = 1.0 / self.priors[key].std ** 2
         rest = known[0] if known else self.whitened_residual(values, whitenings)
+        slope = known[1] if known else self.whitened_jacobian(values, keys, whitenings)
+        # A simulation that runs away beside the optimum tells nothing of its slope: such columns are undetermined.
+        rest, slope = np.where(np.isfinite(rest), rest, 1e6), np.where(np.isfinite(slope), slope, 0.0)
         return Fit(
             free=tuple(keys),
             values=dict(values),
-            jacobian=known[1] if known else self.whitened_jacobian(values, keys, whitenings),
+            jacobian=slope,
             residual=rest,
             rows=self._rows(whitenings),
             prior_information=information,

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import integrate
 
 from flex_ident.simulation.turnover import friction_share
 
@@ -34,7 +35,7 @@ def test_speed_grows_friction_with_the_mean_of_tanh_over_the_sample() -> None:
     share = friction_share(velocity, half_width, position, speed=speed)
     steps = np.linspace(-1.0, 1.0, 4001)
     grown = np.tanh((velocity[:, None] + half_width[:, None] * steps) / speed)
-    np.testing.assert_allclose(share, np.trapezoid(grown, steps, axis=1) / 2.0, atol=1e-6)
+    np.testing.assert_allclose(share, integrate.trapezoid(grown, steps, axis=1) / 2.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("law", ["speed", "way"])
