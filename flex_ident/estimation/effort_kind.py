@@ -28,7 +28,7 @@ from flex_ident.parameters.effort_kinds import (
     EffortKind,
 )  # fmt: skip
 from flex_ident.recording import Floats
-from flex_ident.regression.verdict import ESSENTIAL
+from flex_ident.regression.verdict import ESSENTIAL, WEAK_PERCENT
 from flex_ident.simulation.terms import GRAVITY
 
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
@@ -55,6 +55,10 @@ GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
 GRAVITY_ANGLES = 8
 SEEN = 4.0
 """Standard deviations from which gravity is seen in the mode."""
+PENDULUM_M = 0.1
+"""Length of the simple pendulum that swings as the link does, JL over its first moment: one standard deviation of the
+first moment over JL is the inverse of it. No link's is shorter than twice its radius of gyration, which for what robots
+move is seldom under 5 cm. Without a bound a spring can pass for an absurd weight."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,8 @@ class KindFit:
     open: Floats | None = None
     unclear: bool = False
     """Whether the rival leaves a parameter of the joint open beyond the interval that it has without it."""
+    matters: bool = False
+    """Whether the joint's parameters are poorly known for that."""
 
     @property
     def absent(self) -> tuple[Parameter, ...]:
@@ -99,7 +105,12 @@ class KindFit:
         assert self.open is not None
         moved = zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
         sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in ESSENTIAL]
-        return replace(self, unclear=max(sizes, default=0.0) > 1.96)
+        weak = any(
+            float(np.hypot(d, uncertainty.std(k))) > 0.01 * WEAK_PERCENT * abs(self.fit.values[k])
+            for k, d in zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
+            if k in ESSENTIAL
+        )
+        return replace(self, unclear=max(sizes, default=0.0) > 1.96, matters=weak)
 
     def joined(self, uncertainty: Uncertainty) -> Uncertainty:
         """The uncertainty joined with what the rival would move.
@@ -147,10 +158,18 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
 
 
 def _refitted(
-    problem: FitProblem, solver: SteadyFit, keys: Sequence[str], start: Mapping[str, float], *, rough: bool = False
+    problem: FitProblem,
+    solver: SteadyFit,
+    keys: Sequence[str],
+    start: Mapping[str, float],
+    *,
+    rough: bool = False,
+    moments: Mapping[str, Prior] | None = None,
 ) -> tuple[SteadyFit, Fit]:
-    """The fit over other keys, from values near its optimum, or `rough` ones. Raises ExcitationError."""
-    priors = kept_priors(solver.priors, keys)
+    """The fit over other keys, from values near its optimum, or `rough` ones, with what is known of the first `moments`
+    beforehand. Raises ExcitationError."""
+    priors = {**kept_priors(solver.priors, keys), **(moments or {})}
+    keys = [k for k in keys if k not in priors]
     values = {k: v for k, v in start.items() if k not in REVERSAL_KEYS or k in priors}
     own = SteadyFit(problem, priors=priors, marks=solver.marks, local=solver.local)
     if rough:
@@ -197,10 +216,12 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
     if linear < -FAR:
         return motor
     keys = [k for k in fit.free if k in UNITS]
+    usual = fit.values["JL"] / PENDULUM_M
+    moments = {k: Prior(0.0, usual, -math.inf, math.inf) for k in GRAVITY_KEYS}
     tried: list[tuple[Gain, SteadyFit, Fit]] = []
     for start in _gravity_starts(problem, solver, fit):
         try:
-            own, found = _refitted(problem, solver, keys, start)
+            own, found = _refitted(problem, solver, keys, start, moments=moments)
         except ExcitationError:
             continue
         tried.append((gain_of(problem, own, fit, found), own, found))
@@ -209,7 +230,7 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
         return motor
     gain, own, found = tried[0]
     if gain.size > CLEARLY:  # it may be the model to report: fitted as carefully as the other
-        again = _refitted(problem, solver, keys, found.values, rough=True)
+        again = _refitted(problem, solver, keys, found.values, rough=True, moments=moments)
         better = gain_of(problem, own, fit, again[1])
         if better.size > gain.size:
             gain, own, found = better, *again
@@ -218,9 +239,10 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
     left = remainder(own, found)
     enough = MOST_OF_IT if problem.link is None else MOST_WITH_LINK
     explains = gain.share > enough and not left.structured(left.gap)
+    likely = math.hypot(*(found.values[k] for k in GRAVITY_KEYS)) < 3.0 * usual
     known = uncertainty_of(found, problem.rate_hz)
     alone = all(abs(f.values[k] - found.values[k]) < SEEN * known.std(k) for f in alike for k in keys)
-    if gain.size > CLEARLY and explains and alone and _gravity_sigmas(found, problem.rate_hz) > SEEN:
+    if gain.size > CLEARLY and likely and explains and alone and _gravity_sigmas(found, problem.rate_hz) > SEEN:
         notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
         return KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
     rivals = [np.array([f.values[k] - fit.values[k] for k in fit.free]) for f in alike]

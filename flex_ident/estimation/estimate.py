@@ -34,8 +34,11 @@ CORRELATED_S = 0.5
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 """Nuisances that wait until the model is nearly right."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
-ROUNDS = ((10, 1e-4), (10, 1e-5), (15, 1e-7))
-"""Iterations, and share of the cost saved at which a round ends."""
+ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
+"""Jacobians, and share of the cost saved at which a round ends."""
+STILL = 0.05
+"""Standard deviations by which a round that takes the noise anew may move the parameters for the last: a tenth is
+promised for data that are changed in their last digits."""
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
 """First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
 STATE_STEP, STATE_ITERATIONS = 1e-4, 10
@@ -139,19 +142,18 @@ def base_fit(
     """The fit over `keys` and the nuisances of `priors`, and the solver that did it: what everything is judged by.
 
     First without the nuisances that only a nearly right model can tell (how friction turns over, a low-pass in the
-    effort), weighted by all that is left; then with all, weighted by the noise, taken anew in each round. Raises
-    ExcitationError when the simulation runs away.
+    effort), weighted by all that is left; then with all, weighted by the noise, taken anew in each round until
+    that moves nothing. Raises ExcitationError when the simulation runs away.
     """
-    rough = SimulationFit(problem, priors=priors)
-    few = (*keys, *(k for k in priors if k not in LATER))
-    values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
     done, rounds = 0, len(FIRST_ROUNDS) + len(ROUNDS)
-    for iterations, tolerance in FIRST_ROUNDS:
-        _refuse_runaway(problem, values)
-        values = rough.solve(few, values, rough.whitenings(values), iterations=iterations, tolerance=tolerance).values
+
+    def step() -> None:
+        nonlocal done
         done += 1
         if progress is not None:
             progress(done / rounds)
+
+    values = rough_values(problem, keys, start, priors, step=step)
     values = _settled(problem, values, priors)
     solver = SteadyFit(problem, priors=priors, local=True)
     fit: Fit | None = None
@@ -159,12 +161,35 @@ def base_fit(
         _refuse_runaway(problem, values)
         whitenings = solver.whitenings(values)
         fit = solver.finished((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
+        moved = np.array([fit.values[k] - values.get(k, np.inf) for k in fit.free])
         values = fit.values
-        done += 1
-        if progress is not None:
-            progress(done / rounds)
+        step()
+        if np.linalg.norm(fit.jacobian @ moved) < STILL:
+            break
     assert fit is not None
     return solver, fit
+
+
+def rough_values(
+    problem: FitProblem,
+    keys: Sequence[str],
+    start: Mapping[str, float],
+    priors: Mapping[str, Prior],
+    *,
+    step: Callable[[], None] = lambda: None,
+) -> Mapping[str, float]:
+    """The fit over `keys` and the nuisances that any model can tell, weighted by all that is left; `step` is called
+    after each round. Raises ExcitationError."""
+    rough = SimulationFit(problem, priors=priors)
+    few = (*keys, *(k for k in priors if k not in LATER))
+    values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
+    for iterations, tolerance in FIRST_ROUNDS:
+        _refuse_runaway(problem, values)
+        values = rough.solve(
+            few, values, rough.whitenings(values), iterations=iterations, tolerance=tolerance, rough=True
+        ).values
+        step()
+    return values
 
 
 def _settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[str, Prior]) -> Mapping[str, float]:

@@ -11,7 +11,15 @@ import numpy as np
 from flex_ident.effects import key_named, trade_error
 from flex_ident.errors import DataError, ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
-from flex_ident.estimation.estimate import Estimate, base_fit, estimated, fit_problem, rigid_keys, started_values
+from flex_ident.estimation.estimate import (
+    Estimate,
+    base_fit,
+    estimated,
+    fit_problem,
+    rigid_keys,
+    rough_values,
+    started_values,
+)
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged, moved_stds
 from flex_ident.filtering import first_mode
@@ -50,6 +58,8 @@ GOOD_RIGID = 15.0
 """Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
 RIGID_MARGIN = 1.1
 """What a rigid joint leaves over what the spring leaves up to which the spring has not earned its place."""
+SURELY = 1.5
+"""What a first fit leaves over what counts from which a careful one, which saves a tenth or two, need not be made."""
 MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
 REVERSAL_ERROR = 0.005
@@ -207,16 +217,24 @@ def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: floa
     return start if left < SENSOR_LEFT else None
 
 
-def rigid_left_percent(recording: Recording, *, prismatic: bool) -> float | None:
-    """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is; None where it cannot."""
+def rigid_left_percent(recording: Recording, *, prismatic: bool, enough: float = 0.0) -> float | None:
+    """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is; None where it cannot.
+
+    A first fit is all where that leaves more than `enough` and half as much again.
+    """
     try:
         problem = fit_problem(recording, sensors="motor", rigid=True)
-        keys = rigid_keys(problem, gravity=not prismatic)
-        _, fit = base_fit(problem, keys, started_values(problem, keys), model_priors(problem))
+        keys, priors = rigid_keys(problem, gravity=not prismatic), model_priors(problem)
+        start = rough_values(problem, keys, started_values(problem, keys), priors)
+        if (left := _left_percent(problem, start)) > SURELY * enough > 0.0:
+            return left
+        return _left_percent(problem, base_fit(problem, keys, start, priors)[1].values)
     except DataError:
         return None
-    rows = problem.usable
-    left, whole = problem.residuals(fit.values)[0][rows], problem.torque[rows]
+
+
+def _left_percent(problem: FitProblem, values: Mapping[str, float]) -> float:
+    left, whole = problem.residuals(values)[0][problem.usable], problem.torque[problem.usable]
     return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
 
 
@@ -226,10 +244,13 @@ def rigid_notice(recording: Recording, sprung: Identification, *, prismatic: boo
     It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
     a motor alone only: with the link's position a spring can be measured that the torque does not show.
     """
-    left, sprung_percent = rigid_left_percent(recording, prismatic=prismatic), sprung.fit.relative_error_percent
+    sprung_percent = sprung.fit.relative_error_percent
+    open_spring = not sprung.parameter("K").identifiable
+    enough = max(min(RIGID_MARGIN * sprung_percent, MOST_RIGID), GOOD_RIGID if open_spring else 0.0)
+    left = rigid_left_percent(recording, prismatic=prismatic, enough=enough)
     if left is None:
         return None
-    undetermined = not sprung.parameter("K").identifiable and left < GOOD_RIGID
+    undetermined = open_spring and left < GOOD_RIGID
     if not undetermined and not left <= min(RIGID_MARGIN * sprung_percent, MOST_RIGID):
         return None
     return Notice(Code.RIGID_AS_WELL, "K", {"rigid_percent": left, "sprung_percent": sprung_percent})
@@ -352,8 +373,10 @@ def identification_of(
         notices = [*estimate.kind.notices, *notices]
         parameters = tuple(sorted((*estimate.kind.absent, *parameters), key=_paper_order))
         if estimate.kind.unclear:
-            notices.insert(0, Notice(Code.EFFORT_KIND_UNCLEAR, "motor_torque"))
-            verdict = "doubtful" if verdict == "trusted" else verdict
+            matters = estimate.kind.matters
+            code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
+            notices.insert(0, Notice(code, "motor_torque"))
+            verdict = "doubtful" if matters and verdict == "trusted" else verdict
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:

@@ -13,6 +13,11 @@ FIRST_DAMPING = 1e-12
 LARGEST_DAMPING = 1e6
 ATTEMPTS = 9
 """Trial steps from one point, each more damped, before the search gives up."""
+AS_FORETOLD = 0.5
+"""Share of the foretold saving from which a Jacobian still holds and serves for the next step as well: chord steps cost
+a residual each where a Jacobian costs one for each variable."""
+CHORDS = 4
+"""Steps in a row that one Jacobian may serve."""
 
 
 def bounded_minimum(
@@ -29,41 +34,64 @@ def bounded_minimum(
     """Where the sum of squares is least from `start` (p,) within the bounds: x, residual (r,), Jacobian (r, p), and
     whether it ended there by itself.
 
-    Ends after as many steps as `iterations`, or when one saves less than `tolerance` of the sum. A variable that
-    reaches its bound stays there as long as the gradient holds it; the others move as if it were fixed. Without
-    `linearised` the Jacobian is that of the last step's start.
+    Ends after as many Jacobians as `iterations`, or when one with a Jacobian of its own saves less than `tolerance` of the
+    sum. A Jacobian serves several steps as long as they save what it foretells. A variable that reaches its bound stays
+    there as long as the gradient holds it; the others move as if it were fixed. The Jacobian is that of the start of
+    the last step, if that was small, or without `linearised`; else that of its end.
     """
     x = np.clip(start, lower, upper)
     rest = residual(x)
     cost = float(rest @ rest)
-    slope = jacobian(x)
-    damping, converged = FIRST_DAMPING, False
-    for i in range(iterations):
+    slope, served = jacobian(x), 0
+    damping, used = FIRST_DAMPING, 1
+    held: NDArray[np.bool_] = np.zeros(x.size, bool)
+    while True:
         scale = np.linalg.norm(slope, axis=0)
         scale[scale == 0.0] = 1.0
         triangle, target = _reduced(slope / scale, rest)
-        gain = 0.0
+        gain, foretold, fresh, start = 0.0, 0.0, served == 0, x
         for _attempt in range(ATTEMPTS):
-            moved = _step(triangle, target, damping, x * scale, lower * scale, upper * scale) / scale
+            moved = _step(triangle, target, damping, x * scale, lower * scale, upper * scale, held) / scale
             moved = np.clip(moved, lower, upper)
             there = residual(moved)
             now = float(there @ there)
             if now < cost:
+                foretold = _foretold(triangle, target, (moved - x) * scale)
                 gain, x, rest, cost = cost - now, moved, there, now
                 damping = max(0.1 * damping, FIRST_DAMPING)
+                break
+            if not fresh:
                 break
             damping = max(10.0 * damping, 1e-5)
             if damping > LARGEST_DAMPING:
                 break
-        converged = gain == 0.0 or gain < tolerance * cost
-        if gain == 0.0:
-            break
-        last = converged or i == iterations - 1
-        if linearised or not last:
-            slope = jacobian(x)
-        if last:
-            break
-    return x, rest, slope, converged
+        served += 1
+        if gain == 0.0 and fresh:
+            for j in np.flatnonzero(~held):
+                without = held | (np.arange(x.size) == j)
+                moved = _step(triangle, target, FIRST_DAMPING, start * scale, lower * scale, upper * scale, without)
+                moved = np.clip(moved / scale, lower, upper)
+                there = residual(moved)
+                now = float(there @ there)
+                if now < cost:
+                    kink, gain, x, rest, cost = j, gain + cost - now, moved, there, now
+            if gain > 0.0:
+                held[kink] = True
+                damping = FIRST_DAMPING
+        small = gain <= tolerance * cost
+        if small and fresh:
+            return x, rest, slope, True
+        if not small and served < CHORDS and gain >= AS_FORETOLD * foretold:
+            continue
+        if used == iterations:
+            return x, rest, jacobian(x) if linearised else slope, False
+        slope, served, used = jacobian(x), 0, used + 1
+
+
+def _foretold(triangle: Floats, target: Floats, step: Floats) -> float:
+    """What a step, in scaled units, saves of the sum of squares if the Jacobian holds."""
+    moved = triangle @ step
+    return float(2.0 * target @ moved - moved @ moved)
 
 
 def _reduced(slope: Floats, rest: Floats) -> tuple[Floats, Floats]:
@@ -72,10 +100,12 @@ def _reduced(slope: Floats, rest: Floats) -> tuple[Floats, Floats]:
     return r, -(q.T @ rest)
 
 
-def _step(triangle: Floats, target: Floats, damping: float, x: Floats, lower: Floats, upper: Floats) -> Floats:
+def _step(
+    triangle: Floats, target: Floats, damping: float, x: Floats, lower: Floats, upper: Floats, held: NDArray[np.bool_]
+) -> Floats:
     """The damped Gauss-Newton point within bounds, in scaled units; bounds that hold are found one by one."""
     p = x.size
-    fixed: NDArray[np.bool_] = np.zeros(p, bool)
+    fixed = held.copy()
     moved = x.copy()
     for _ in range(p):
         free = ~fixed

@@ -107,11 +107,11 @@ class SteadyFit(SimulationFit):
         A link that sticks at first makes the likelihood kink in its state, and no step in all keys together goes on
         from there. Raises ExcitationError.
         """
-        fit = self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance)
         if not any(k in STATE for k in keys):
-            return fit
+            return self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance)
+        fit = self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
         rest = [k for k in keys if k not in STATE]
-        there = self.solve(rest, fit.values, whitenings, iterations=iterations, tolerance=tolerance)
+        there = self.solve(rest, fit.values, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
         at_bound = (*there.at_bound, *(k for k in fit.at_bound if k in STATE))
         return replace(self.linearised(keys, there.values, whitenings, at_bound), converged=there.converged)
 

@@ -178,6 +178,12 @@ class Code(StrEnum):
         "taken as the motor's torque, and the intervals reach as far as the other would move them.",
         "Say --effort-kind motor or --effort-kind gravity_compensated.",
     )  # fmt: skip
+    EFFORT_KIND_OPEN = (
+        "effort_kind_open", "info",
+        "The recording does not tell whether the effort holds gravity or is less what the controller adds. It matters "
+        "little here: it was taken as the motor's torque, and the intervals reach as far as the other would move them.",
+        "Say --effort-kind motor or --effort-kind gravity_compensated, and the intervals become narrower.",
+    )  # fmt: skip
     EFFORT_UNSIGNED = (
         "effort_unsigned", "reject",
         "The effort never changes sign: it is an absolute value.",

@@ -312,6 +312,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would move "
         "them."
     ),
+    Code.EFFORT_KIND_OPEN: (
+        "the recording does not tell whether the effort holds gravity or is less what the controller adds; the "
+        "intervals hold both. With --effort-kind motor or --effort-kind gravity_compensated they become narrower."
+    ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
     Code.TORQUE_DELAY: _late("torque"),

@@ -35,7 +35,13 @@ CAUSES: dict[str, set[str]] = {
     "mujoco_friction": FRICTION,  # no effect of the catalogue, but friction of the motor it is
 }
 SENSORS = ("motor", "motor+link")
-EVERY = [(case, sensors) for case in CAUSES for sensors in SENSORS]
+QUICK = {(case, SENSORS[i % 2]) for i, case in enumerate(CAUSES)}
+"""Each case with one set of sensors; with the other in the campaign."""
+EVERY = [
+    pytest.param(case, sensors, marks=() if (case, sensors) in QUICK else pytest.mark.campaign)
+    for case in CAUSES
+    for sensors in SENSORS
+]
 
 
 @cache

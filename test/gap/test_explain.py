@@ -36,8 +36,8 @@ def test_nothing_is_named_where_nothing_is_missing(model: JointModel, sensors: s
     [
         ("backlash", {"gap": 6e-4}, "motor+link"),
         ("torque_ripple", {"amplitude": 2.0, "cycles_per_turn": 60.0, "phase": 0.5}, "motor"),
-        ("joint_damping", {"damping": 3.0}, "motor+link"),
-        ("time_delay", {"delay": 5e-3}, "motor+link"),
+        pytest.param("joint_damping", {"damping": 3.0}, "motor+link", marks=pytest.mark.campaign),
+        pytest.param("time_delay", {"delay": 5e-3}, "motor+link", marks=pytest.mark.campaign),
     ],
 )
 def test_a_hidden_effect_is_named_and_measured(effect: str, parameters: dict[str, float], sensors: str) -> None:
@@ -59,6 +59,7 @@ def test_a_hidden_effect_is_named_and_measured(effect: str, parameters: dict[str
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_damping_is_found_that_a_skew_of_the_encoders_stands_in_for() -> None:
     found = explained(PAPER_JOINT.with_effect("joint_damping", {"damping": 19.0}), seed=3, sensors="motor+link")
     assert [f.effect for f in found.findings] == ["joint_damping"]
@@ -82,6 +83,7 @@ def test_an_effect_put_in_by_hand_is_in_the_model() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_repeats_tell_model_error_from_noise() -> None:
     model = COBOT_JOINT.with_effect("torque_ripple", {"amplitude": 3.0, "cycles_per_turn": 60.0, "phase": 0.0})
     experiment = Experiment(duration_s=24.0, sample_rate_hz=500.0, repeats=2)

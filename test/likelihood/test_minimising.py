@@ -34,3 +34,35 @@ def test_curved_valley_is_followed_to_its_end() -> None:
     )  # fmt: skip
     np.testing.assert_allclose(x, [1.0, 1.0], atol=1e-6)
     assert converged
+
+
+def test_a_kink_in_one_variable_does_not_stop_the_others() -> None:
+    def residual(v: np.ndarray) -> np.ndarray:
+        return np.array([v[0] - 3.0, 5.0 * np.sqrt(abs(v[1])) + 1.0])
+
+    def jacobian(v: np.ndarray) -> np.ndarray:
+        return np.array([[1.0, 0.0], [0.0, -1.0]])  # what a finite difference beside a kink may say
+
+    free = np.full(2, np.inf)
+    x, _, _, converged = bounded_minimum(
+        residual, jacobian, np.zeros(2), -free, free, iterations=20, tolerance=1e-9
+    )  # fmt: skip
+    np.testing.assert_allclose(x, [3.0, 0.0], atol=1e-9)
+    assert converged
+
+
+def test_one_jacobian_serves_several_steps() -> None:
+    made = []
+
+    def residual(v: np.ndarray) -> np.ndarray:
+        return np.array([np.exp(0.1 * v[0]) - 1.1, 0.5])
+
+    def jacobian(v: np.ndarray) -> np.ndarray:
+        made.append(v)
+        return np.array([[0.1 * np.exp(0.1 * v[0])], [0.0]])
+
+    free = np.full(1, np.inf)
+    x, _, _, converged = bounded_minimum(residual, jacobian, np.zeros(1), -free, free, iterations=20, tolerance=1e-9)
+    np.testing.assert_allclose(x, [10.0 * np.log(1.1)], atol=1e-5)
+    assert converged
+    assert len(made) <= 3
