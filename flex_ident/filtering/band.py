@@ -11,6 +11,10 @@ MIN_COHERENCE = 0.6
 ENERGY_SHARE = 0.995
 ROUNDED_SHARE = 0.9
 """Share of steps that are whole multiples of the smallest one from which a position counts as rounded."""
+LINE_COHERENCE, LINE_POWER = 0.9, 30.0
+"""Coherence of a line of a multisine, and its power over that of the torque around it."""
+AROUND = 9
+"""Bins over which coherence is smoothed, and around which a line is looked for."""
 RESOLVED = 30.0
 """Power of the motion over that of the rounding: acceleration is then known to a fifth."""
 
@@ -19,7 +23,8 @@ def excited_band_hz(recording: Recording) -> float:
     """The highest frequency, Hz, at which motor torque and motor position move together.
 
     Coherence of Welch's method over four-second segments: where nothing is excited, noise of many segments averages
-    to a low coherence; where a chirp passed, torque and position are coherent. Feedback makes noise coherent too, so
+    to a low coherence; where a chirp passed, torque and position are coherent, and so they are at the lines of a
+    multisine, which stand out of the torque's spectrum. Feedback makes noise coherent too, so
     that the band ends at the latest at 1.5 times the frequency below which nearly all of the torque's energy lies,
     and at 0.4 of the sampling rate; and where the encoder no longer resolves the motion: what a fast controller makes
     of its rounding is no torque that belongs to it.
@@ -29,11 +34,13 @@ def excited_band_hz(recording: Recording) -> float:
     segment = int(min(n // 8, 4.0 * rate))
     velocity = np.diff(recording.motor_position)
     frequency, coherence = signal.coherence(recording.motor_torque[1:], velocity, rate, nperseg=max(segment, 16))
-    smooth: Floats = signal.medfilt(coherence, 9) if coherence.size > 9 else coherence
+    smooth: Floats = signal.medfilt(coherence, AROUND) if coherence.size > AROUND else coherence
+    _, power = signal.welch(recording.motor_torque[1:], rate, nperseg=max(segment, 16))
+    line = (coherence > LINE_COHERENCE) & (power > LINE_POWER * ndimage.percentile_filter(power, 30, 2 * AROUND + 1))
     energy = np.cumsum(np.abs(np.fft.rfft(recording.motor_torque - recording.motor_torque.mean())) ** 2)
     most = float(np.searchsorted(energy, ENERGY_SHARE * energy[-1])) * rate / n
     limit = min(0.4 * rate, max(1.5 * most, 12.0 * frequency[1]), resolved_band_hz(recording))
-    coherent = (smooth > MIN_COHERENCE) & (frequency <= limit)
+    coherent = ((smooth > MIN_COHERENCE) | line) & (frequency <= limit)
     # From the lowest frequency up to the first wide hole: lone coherent lines far above are not excitation.
     top = 0.0
     hole = max(1.0, 0.02 * rate)

@@ -34,10 +34,12 @@ def bounded_minimum(
     """Where the sum of squares is least from `start` (p,) within the bounds: x, residual (r,), Jacobian (r, p), and
     whether it ended there by itself.
 
-    Ends after as many Jacobians as `iterations`, or when one with a Jacobian of its own saves less than `tolerance` of the
-    sum. A Jacobian serves several steps as long as they save what it foretells. A variable that reaches its bound stays
-    there as long as the gradient holds it; the others move as if it were fixed. The Jacobian is that of the start of
-    the last step, if that was small, or without `linearised`; else that of its end.
+    Ends after as many Jacobians as `iterations`, or when a step with a Jacobian of its own saves no more than
+    `tolerance` of the sum. A Jacobian serves several steps as long as they save what it foretells. A variable that
+    reaches its bound stays there as long as the gradient holds it; the others move as if it were fixed. A variable in
+    which the sum has a kink spoils every step: where no step saves anything, each variable is held in turn, and the one
+    without which most is saved is held from then on. The Jacobian is that of the start of the last step, if that was
+    small, or without `linearised`; else that of its end.
     """
     x = np.clip(start, lower, upper)
     rest = residual(x)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from flex_ident.filtering.spectral import lowpass_response
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.whitening import FLOOR, Whitening
 from flex_ident.recording import Floats
+from flex_ident.recording.noise import resolution
 
 SEGMENT_S = 1.0
 QUANTILE = 0.3
@@ -33,9 +35,17 @@ def noise_spectrum(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) 
     return smooth
 
 
-def noise_whitening(residual: Floats, usable: NDArray[np.bool_], rate_hz: float, order: int) -> Whitening:
-    """The filter that whitens the steady part of a residual (m,) to unit variance; model error stays visible."""
+def noise_whitening(
+    residual: Floats, usable: NDArray[np.bool_], rate_hz: float, order: int, shaken: Floats | None = None
+) -> Whitening:
+    """The filter that whitens the steady part of a residual (m,) to unit variance; model error stays visible.
+
+    `shaken` (m,) is what the encoder's rounding alone would leave: there is at least as much noise at each frequency.
+    """
     spectrum = noise_spectrum(residual, usable, rate_hz)
+    if shaken is not None:
+        size = 2 * (spectrum.size - 1)
+        spectrum = np.maximum(spectrum, np.mean(_powers(shaken, usable, size), axis=0))
     size = 2 * (spectrum.size - 1)
     autocovariance = np.fft.irfft(spectrum, size)
     order = min(order, size // 2 - 1)
@@ -81,6 +91,39 @@ def noise_above_band(problem: FitProblem) -> float | None:
     level = float(np.median(np.quantile(power[:, inside], QUANTILE, axis=0))) / -math.log(1.0 - QUANTILE)
     passed = lowpass_response(np.linspace(0.0, 0.5 * rate, 4000), problem.cutoff_hz) ** 2
     return math.sqrt(level * float(np.mean(passed)))
+
+
+HIGHEST = (0.3, 0.48)
+"""Where the noise of a position is taken, in sampling rates: far above what a joint follows."""
+
+
+def position_noise(problem: FitProblem) -> float:
+    """Standard deviation, rad, of what is white in the recorded motor position: an encoder's rounding and noise.
+
+    From the position's spectrum above the motion; where the rate leaves no room there, of the rounding alone.
+    """
+    position, rate = problem.recording.motor_position, problem.recording.sample_rate_hz
+    low, high = max(HIGHEST[0] * rate, ABOVE[0] * problem.drive_hz), HIGHEST[1] * rate
+    size = max(16, 2 * round(0.5 * SEGMENT_S * rate))
+    if high < WIDE_ENOUGH * low or position.size < 8 * size:
+        return resolution(position) / math.sqrt(12.0)
+    power, frequency = _powers(position, np.ones(position.size, bool), size), np.fft.rfftfreq(size, 1.0 / rate)
+    inside = (frequency >= low) & (frequency <= high)
+    return math.sqrt(float(np.median(np.quantile(power[:, inside], QUANTILE, axis=0))) / -math.log(1.0 - QUANTILE))
+
+
+def encoder_noise(problem: FitProblem, values: Mapping[str, float]) -> tuple[Floats, ...]:
+    """What noise of the motor's encoder as the recording holds it does to each compared signal (m,).
+
+    A spring that rings long makes much of little at the locked-motor frequency, in a narrow band and now more, now
+    less: the steady part of what is left does not show that.
+    """
+    shaken = problem.shaken(position_noise(problem)).prediction(values)
+    here = problem.prediction(values)
+    pairs = [(shaken.torque, here.torque)]
+    if shaken.link is not None and here.link is not None:
+        pairs.append((shaken.link, here.link))
+    return tuple(np.nan_to_num(one - other) for one, other in pairs)
 
 
 def is_quiet(problem: FitProblem, steady: float) -> bool:

@@ -119,7 +119,7 @@ class FitProblem:
         self.sensors = sensors
         self.band_hz = band_hz
         self.cutoff_hz = min(COMPARISON_MARGIN * band_hz, 0.45 * rate)
-        drive_hz = min(DRIVE_MARGIN * band_hz, 0.45 * rate)
+        self.drive_hz = drive_hz = min(DRIVE_MARGIN * band_hz, 0.45 * rate)
         # Runge-Kutta 4 wants about a quarter of a radian a step at the fastest mode of the link.
         fastest = 2.0 * math.pi * (stiffest_hz if stiffest_hz is not None else 2.0 * band_hz)
         self.substeps = 1 if rigid else int(np.clip(math.ceil(fastest / rate / 0.35), 1, MAX_SUBSTEPS))
@@ -154,6 +154,7 @@ class FitProblem:
                 f"gaps and standstill: {more_needed(n, rate)}"
             )
         self._links = LinkResponses(self.motion, lambda position, skew: self.reduced(position, delay=skew))
+        self._shaken: FitProblem | None = None
 
     def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0, lag: float = 0.0) -> Floats:
         """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is.
@@ -290,6 +291,23 @@ class FitProblem:
             for column, scaled in zip(columns, (base.torque, 0.0), strict=False):
                 column[:, keys.index("JL")] = -(scaled + column @ weights) / values["JL"]
         return tuple(columns)
+
+    def shaken(self, size: float) -> FitProblem:
+        """The same problem with white noise of standard deviation `size`, rad, on the recorded motor position.
+
+        The noise is the same at every call. What its prediction differs by is what an encoder's rounding does to it.
+        """
+        if self._shaken is None:
+            recording = self.recording
+            noise = np.random.default_rng(0).standard_normal(recording.motor_position.size)
+            other = self.restricted(self.usable)
+            other.motion = motor_motion(
+                recording.motor_position + size * noise, recording.sample_rate_hz, cutoff_hz=self.drive_hz,
+                substeps=self.substeps,
+            )  # fmt: skip
+            other._links = LinkResponses(other.motion, lambda position, skew: self.reduced(position, delay=skew))
+            self._shaken = other
+        return self._shaken
 
     def restricted(self, usable: Bools) -> FitProblem:
         """The same problem with other usable samples (shares everything else)."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor
+from flex_ident.likelihood.noise import encoder_noise, is_quiet, noise_above_band, noise_floor
 from flex_ident.likelihood.repeats import Repeats, repeated
 from flex_ident.likelihood.reversals import stuck
 from flex_ident.likelihood.steady import SteadyFit
@@ -64,15 +64,18 @@ def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = Non
         shown = known
     residual = problem.residuals(fit.values)[0]
     standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
-    noise, evidence, repeats = _noise(solver, residual - standstill)
+    shaken = encoder_noise(problem, fit.values)[0][shown]
+    rounding = float(np.sqrt(np.mean(shaken**2)))
+    noise, evidence, repeats = _noise(solver, residual - standstill, rounding)
     still = min(float(np.sqrt(np.mean(standstill[shown] ** 2))), STANDSTILL * _coulomb(fit.values))
     torque = float(np.sqrt(np.mean(problem.torque[rows] ** 2)))
     gap = float(np.sqrt(np.mean(residual[shown] ** 2)))
     return Remainder(residual, gap, math.hypot(noise, still), _own_error(torque, fit.values), repeats, evidence)
 
 
-def _noise(solver: SteadyFit, residual: Floats) -> tuple[float, Evidence, Repeats | None]:
-    """Noise of the torque, N m rms, what it is known from, and what repeats where the motion does."""
+def _noise(solver: SteadyFit, residual: Floats, rounding: float) -> tuple[float, Evidence, Repeats | None]:
+    """Noise of the torque, N m rms, with what the encoder's `rounding` leaves; what it is known from, and what repeats
+    where the motion does."""
     problem = solver.problem
     repeats = repeated(problem, residual, problem.usable)
     if repeats is not None:
@@ -80,8 +83,8 @@ def _noise(solver: SteadyFit, residual: Floats) -> tuple[float, Evidence, Repeat
     steady = noise_floor(residual, problem.usable, problem.rate_hz)
     above = noise_above_band(problem)
     if above is not None:
-        return min(steady, above), "above_band", None
-    return steady, "quiet" if is_quiet(problem, steady) else "none", None
+        return math.hypot(min(steady, above), rounding), "above_band", None
+    return math.hypot(steady, rounding), "quiet" if is_quiet(problem, steady) else "none", None
 
 
 def _coulomb(values: Mapping[str, float]) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from flex_ident.likelihood.fit import MEMORY_S, Fit, Prior, SimulationFit
-from flex_ident.likelihood.noise import noise_whitening
+from flex_ident.likelihood.noise import encoder_noise, noise_whitening
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.reversals import Mark, ReversalWeights, dry_friction, friction_marks
 from flex_ident.likelihood.whitening import Whitening
@@ -83,13 +83,17 @@ class SteadyFit(SimulationFit):
         problem = self.problem
         order = int(np.clip(round(MEMORY_S * problem.rate_hz), 4, 48))
         torque, *others = residuals = problem.residuals(values)
+        shaken, *apart = encoder_noise(problem, values)
         friction = dry_friction(values)
-        found = NoiseWhitening(noise_whitening(torque, problem.usable, problem.rate_hz, order))
+        found = NoiseWhitening(noise_whitening(torque, problem.usable, problem.rate_hz, order, shaken))
         if friction > 0.0:
             rest = torque - self.standstill_friction(torque, NoiseWhitening(found, self.marks, friction))
-            steady = noise_whitening(rest, problem.usable, problem.rate_hz, order)
+            steady = noise_whitening(rest, problem.usable, problem.rate_hz, order, shaken)
             found = NoiseWhitening(steady, self.marks, friction)
-        links = [NoiseWhitening(noise_whitening(r, problem.usable, problem.rate_hz, order)) for r in others]
+        links = [
+            NoiseWhitening(noise_whitening(r, problem.usable, problem.rate_hz, order, s))
+            for r, s in zip(others, apart, strict=True)
+        ]
         channels = [found, *links]
         if self.local:
             every = self._rows(tuple(channels))
