@@ -85,6 +85,8 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("rigid", False, "no spring: J, FV, FS, offset, and MX, MY where they show"),
     Setting("first_mode_hz", 0.0, "the first natural frequency, if known; otherwise it is found", lower=0.0, upper=1e4,
             metavar="HZ"),
+    Setting("band_hz", 0.0, "up to which frequency to compare; otherwise as far as motion and torque are coherent",
+            lower=0.0, upper=1e4, metavar="HZ"),
     Setting("model", "", "a model.yaml to start from", metavar="FILE"),
     Setting("cutoff_sweep", False, "repeat the fit at other cutoffs and plot each estimate against them"),
     Setting("prismatic", False, "a prismatic joint: N, m, kg"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flex_ident.errors import ExcitationError
+from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
@@ -33,6 +33,8 @@ CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 """Nuisances that wait until the model is nearly right."""
+LEAST_PERIODS, LARGEST_BAND = 8.0, 0.4
+"""Periods of the highest frequency that a recording must hold; the highest in sampling rates."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
 """Jacobians, and share of the cost saved at which a round ends."""
@@ -108,12 +110,21 @@ def fit_problem(
     rigid: bool = False,
     first_mode_hz: float | None = None,
     stiffest: float | None = None,
+    band_hz: float | None = None,
 ) -> FitProblem:
-    """The problem over the band that the recording excites; `stiffest` is the fastest mode to integrate, in bands.
+    """The problem over `band_hz`, or the band that the recording excites; `stiffest` is the fastest mode to integrate,
+    in bands.
 
-    Raises ExcitationError.
+    Raises ExcitationError, and UsageError on a band that the recording's rate or length cannot hold.
     """
-    band = excited_band_hz(recording)
+    if band_hz is not None:
+        rate, n = recording.sample_rate_hz, recording.motor_position.size
+        lowest, highest = LEAST_PERIODS * rate / n, LARGEST_BAND * rate
+        if not lowest < band_hz <= highest:
+            raise UsageError(
+                f"--band {band_hz:g} Hz: this recording can be fitted up to between {lowest:.2g} and {highest:.4g} Hz."
+            )
+    band = excited_band_hz(recording) if band_hz is None else band_hz
     if first_mode_hz is not None and first_mode_hz > 1.5 * band and not rigid:
         raise ExcitationError(
             f"the first mode, {first_mode_hz:.3g} Hz, lies above what the motion excites, {band:.3g} Hz: "

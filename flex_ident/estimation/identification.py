@@ -62,9 +62,12 @@ SURELY = 1.5
 """What a first fit leaves over what counts from which a careful one, which saves a tenth or two, need not be made."""
 MOST_RIGID = 50.0
 """Percent from which a rigid joint explains nothing either."""
-REVERSAL_ERROR = 0.005
+REVERSAL_ERROR = 0.003
 """Share of the dry friction that the three laws of its turning over leave open, one standard deviation: set from what
 60 clean recordings of `bench/coverage.py`, seed 1, had left without it (FSm up to 2 % off, FVm 1 %)."""
+LINK_REVERSAL_ERROR = 0.0015
+"""The same of the link, whose dry friction turns over at once in the simulation: FV and FS of 35 clean recordings of
+seed 3 were up to 5 standard deviations off where their intervals were narrower than that."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 SENSOR_LEFT = 0.1
@@ -139,7 +142,9 @@ def _identified(
     except ExcitationError as error:
         if options.rigid:
             raise
-        rigid = None if sensors == "motor+link" else rigid_left_percent(recording, prismatic=prismatic)
+        if sensors == "motor+link":
+            raise
+        rigid = rigid_left_percent(recording, prismatic=prismatic, band_hz=options.band_hz)
         if rigid is None or rigid > GOOD_RIGID:
             raise
         raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error
@@ -149,7 +154,9 @@ def _simulated(
     recording: Recording, options: IdentifyOptions, sensors: Sensors, prismatic: bool, progress: Progress | None
 ) -> Identification:
     """Maximum likelihood by simulation, rejected where a rigid joint does as well."""
-    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
+    problem = fit_problem(
+        recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, band_hz=options.band_hz
+    )
     estimate = estimated(
         problem, *base_start(problem, options, prismatic=prismatic), prismatic=prismatic,
         kind=options.effort_kind, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
@@ -158,7 +165,9 @@ def _simulated(
     if options.rigid:
         response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
-    rigid = None if sensors == "motor+link" or options.rigid else rigid_notice(recording, result, prismatic=prismatic)
+    rigid = None
+    if sensors != "motor+link" and not options.rigid:
+        rigid = rigid_notice(recording, result, prismatic=prismatic, band_hz=options.band_hz)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
@@ -217,13 +226,15 @@ def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: floa
     return start if left < SENSOR_LEFT else None
 
 
-def rigid_left_percent(recording: Recording, *, prismatic: bool, enough: float = 0.0) -> float | None:
+def rigid_left_percent(
+    recording: Recording, *, prismatic: bool, band_hz: float | None = None, enough: float = 0.0
+) -> float | None:
     """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is; None where it cannot.
 
     A first fit is all where that leaves more than `enough` and half as much again.
     """
     try:
-        problem = fit_problem(recording, sensors="motor", rigid=True)
+        problem = fit_problem(recording, sensors="motor", rigid=True, band_hz=band_hz)
         keys, priors = rigid_keys(problem, gravity=not prismatic), model_priors(problem)
         start = rough_values(problem, keys, started_values(problem, keys), priors)
         if (left := _left_percent(problem, start)) > SURELY * enough > 0.0:
@@ -238,7 +249,9 @@ def _left_percent(problem: FitProblem, values: Mapping[str, float]) -> float:
     return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
 
 
-def rigid_notice(recording: Recording, sprung: Identification, *, prismatic: bool) -> Notice | None:
+def rigid_notice(
+    recording: Recording, sprung: Identification, *, prismatic: bool, band_hz: float | None = None
+) -> Notice | None:
     """That a rigid joint does as well as the spring that was fitted; None where the spring has earned its place.
 
     It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
@@ -247,7 +260,7 @@ def rigid_notice(recording: Recording, sprung: Identification, *, prismatic: boo
     sprung_percent = sprung.fit.relative_error_percent
     open_spring = not sprung.parameter("K").identifiable
     enough = max(min(RIGID_MARGIN * sprung_percent, MOST_RIGID), GOOD_RIGID if open_spring else 0.0)
-    left = rigid_left_percent(recording, prismatic=prismatic, enough=enough)
+    left = rigid_left_percent(recording, prismatic=prismatic, band_hz=band_hz, enough=enough)
     if left is None:
         return None
     undetermined = open_spring and left < GOOD_RIGID
@@ -280,12 +293,16 @@ def folding_error(estimate: Estimate) -> float:
 
 
 def reversal_error(estimate: Estimate, key: str) -> float:
-    """Standard deviation of the motor's friction for what the laws of its turning over leave open.
+    """Standard deviation of the friction of motor and link for what the laws of its turning over leave open.
 
-    And of its inertia where structure is left: friction that turns over otherwise looks like it, by its size over the
-    acceleration.
+    And of the motor's inertia where structure is left: friction that turns over otherwise looks like it, by its size
+    over the acceleration.
     """
     values, problem = estimate.fit.values, estimate.problem
+    if key in ("FV", "FS") and not problem.rigid:
+        link = problem.link_response_of(values)
+        error = LINK_REVERSAL_ERROR * values.get("FS", 0.0)
+        return error if key == "FS" or link is None else error / (float(np.std(link.velocity)) or math.inf)
     dry = "FS" if problem.rigid else "FSm"
     error = REVERSAL_ERROR * values.get(dry, 0.0)
     if key == dry:

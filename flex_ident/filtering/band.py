@@ -11,7 +11,7 @@ MIN_COHERENCE = 0.6
 ENERGY_SHARE = 0.995
 ROUNDED_SHARE = 0.9
 """Share of steps that are whole multiples of the smallest one from which a position counts as rounded."""
-LINE_COHERENCE, LINE_POWER = 0.9, 30.0
+LINE_COHERENCE, LINE_POWER = 0.7, 30.0
 """Coherence of a line of a multisine, and its power over that of the torque around it."""
 AROUND = 9
 """Bins over which coherence is smoothed, and around which a line is looked for."""
@@ -44,8 +44,8 @@ def excited_band_hz(recording: Recording) -> float:
     # From the lowest frequency up to the first wide hole: lone coherent lines far above are not excitation.
     top = 0.0
     hole = max(1.0, 0.02 * rate)
-    for f in frequency[coherent]:
-        if f - top > max(hole, 0.5 * top) and top > 0.0:
+    for f, stands_out in zip(frequency[coherent], line[coherent], strict=True):
+        if f - top > max(hole, (2.0 if stands_out else 0.5) * top) and top > 0.0:
             break
         top = float(f)
     return float(min(max(top, 8.0 * frequency[1]), limit))

@@ -31,7 +31,7 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> KindFit:
     """
     own = IdentifyOptions(
         sensors=options.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, model=options.model,
-        effort_kind=options.effort_kind,
+        effort_kind=options.effort_kind, band_hz=options.band_hz,
     )  # fmt: skip
     keys, start = base_start(problem, own, prismatic=options.prismatic)
     keys = tuple(k for k in keys if k not in options.without)

@@ -61,7 +61,9 @@ def explain(
     refuse_unusable(recording, options.effort_kind)
     report: Progress = progress or (lambda _share, _text: None)
     sensors = chosen_sensors(recording, options.sensors)
-    problem = fit_problem(recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz)
+    problem = fit_problem(
+        recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, band_hz=options.band_hz
+    )
     held = validation_blocks(problem)
     _refuse_short(problem, held)
     report(0.02, "fitting the base model")
@@ -144,8 +146,9 @@ def explain(
 def _coarse(recording: Recording, problem: FitProblem, options: GapOptions) -> FitProblem:
     """The problem with the fewest steps of integration that will do: the search makes hundreds of simulations."""
     coarse = fit_problem(
-        recording, sensors=problem.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, stiffest=STIFFEST
-    )
+        recording, sensors=problem.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz,
+        stiffest=STIFFEST, band_hz=options.band_hz,
+    )  # fmt: skip
     return coarse if coarse.substeps < problem.substeps else problem
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import UsageError
-from flex_ident.estimation.options import SENSORS
+from flex_ident.estimation.options import SENSORS, check_band
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.effort_kinds import check_effort_kind
 
@@ -18,7 +18,8 @@ class GapOptions:
     `without`: base parameters to drop. `effects`: names the catalogue is restricted to, all when empty. `add`:
     effects put in by hand before the search. `model`: the base whose gap is sought. `first_mode_hz`: the
     locked-motor frequency, if known. `prismatic`: the joint slides, and gravity is a constant force.
-    `effort_kind`: what the effort is; `auto` finds out.
+    `effort_kind`: what the effort is; `auto` finds out. `band_hz`: the frequency up to which model and recording are
+    compared; None: as far as both are coherent.
     """
 
     sensors: str = "auto"
@@ -30,11 +31,13 @@ class GapOptions:
     first_mode_hz: float | None = None
     prismatic: bool = False
     effort_kind: str = "auto"
+    band_hz: float | None = None
 
     def __post_init__(self) -> None:
         if self.sensors not in SENSORS:
             raise UsageError(f"sensors is '{self.sensors}': expected one of {', '.join(SENSORS)}.")
         check_effort_kind(self.effort_kind)
+        check_band(self.band_hz)
         for name in (*self.effects, *self.add):
             effect_named(name)
         essential = ("J",) if self.rigid else ("Jm", "K", "JL")

@@ -53,6 +53,7 @@ def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
         method=str(values["method"]),
         rigid=bool(values["rigid"]),
         first_mode_hz=float(values["first_mode_hz"]) or None,
+        band_hz=float(values["band_hz"]) or None,
         model=given_model(values),
         cutoff_sweep=bool(values["cutoff_sweep"]),
         effort_kind=str(values["effort_kind"]),
@@ -74,6 +75,7 @@ def gap_options(values: Mapping[str, Value]) -> GapOptions:
         add=names_in(values["add"]),
         model=given_model(values),
         first_mode_hz=float(values["first_mode_hz"]) or None,
+        band_hz=float(values["band_hz"]) or None,
         prismatic=bool(values["prismatic"]),
         effort_kind=str(values["effort_kind"]),
     )
