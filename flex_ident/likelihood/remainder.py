@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.noise import encoder_noise, is_quiet, noise_above_band, noise_floor
+from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor
 from flex_ident.likelihood.repeats import Repeats, repeated
 from flex_ident.likelihood.reversals import stuck
 from flex_ident.likelihood.steady import SteadyFit
@@ -64,7 +64,7 @@ def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = Non
         shown = known
     residual = problem.residuals(fit.values)[0]
     standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
-    shaken = encoder_noise(problem, fit.values)[0][shown]
+    shaken = solver.encoder_noise(fit.values)[0][shown]
     rounding = float(np.sqrt(np.mean(shaken**2)))
     noise, evidence, repeats = _noise(solver, residual - standstill, rounding)
     still = min(float(np.sqrt(np.mean(standstill[shown] ** 2))), STANDSTILL * _coulomb(fit.values))

@@ -83,7 +83,7 @@ class SteadyFit(SimulationFit):
         problem = self.problem
         order = int(np.clip(round(MEMORY_S * problem.rate_hz), 4, 48))
         torque, *others = residuals = problem.residuals(values)
-        shaken, *apart = encoder_noise(problem, values)
+        shaken, *apart = self.encoder_noise(values)
         friction = dry_friction(values)
         found = NoiseWhitening(noise_whitening(torque, problem.usable, problem.rate_hz, order, shaken))
         if friction > 0.0:
@@ -129,6 +129,10 @@ class SteadyFit(SimulationFit):
         mean = ndimage.uniform_filter1d(power, window) / np.maximum(ndimage.uniform_filter1d(there, window), 1e-9)
         louder: Floats = np.sqrt(np.where(mean > LOUDER, mean, 1.0))
         return louder
+
+    def encoder_noise(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+        """What the noise of the motor's encoder does to each compared signal (m,) at these values."""
+        return encoder_noise(self.problem, values)
 
     def standstill_friction(self, residual: Floats, whitening: Whitening) -> Floats:
         """The part (m,) of a torque residual (m,), N m, that friction at standstill most probably took."""

@@ -5,7 +5,16 @@ import pytest
 from made_up import CUTOFF, RATE, TIME, problem, reduced, white
 from scipy.signal import chirp, lfilter
 
-from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor, noise_whitening
+from flex_ident.likelihood.noise import (
+    encoder_noise,
+    is_quiet,
+    noise_above_band,
+    noise_floor,
+    noise_whitening,
+    position_noise,
+)
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.recording import Recording
 
 MOTION = 200.0 * chirp(TIME, 0.1, TIME[-1], 0.8 * CUTOFF, "logarithmic")
 COLOURS = {
@@ -75,3 +84,32 @@ def test_recording_is_quiet_where_most_of_it_holds_no_motion(moving: float, quie
     noise = reduced(white())
     steady = noise_floor(noise, np.ones(noise.size, bool), RATE / 10.0)
     assert is_quiet(problem(white() + 300.0 * white(5) * (moving * TIME[-1] > TIME)), steady) is quiet
+
+
+STEP = 2.0 * np.pi / 2**15
+SPRING = {"Jm": 0.06, "K": 1500.0, "JL": 0.14, "FVm": 0.1, "FV": 0.08, "FSm": 0.0, "FS": 0.0, "MX": 0.0, "MY": 0.0}
+"""A link that rings for seconds at 16.5 Hz."""
+
+
+def sprung(position: np.ndarray) -> FitProblem:
+    recording = Recording("j", 500.0, position, np.zeros(position.size))
+    return FitProblem(recording, sensors="motor", band_hz=40.0)
+
+
+def test_what_rounding_does_through_a_spring_is_foretold() -> None:
+    time = np.arange(20000) / 500.0
+    smooth = 0.3 * np.sin(2.0 * np.pi * 0.3 * time) + 0.02 * chirp(time, 0.1, time[-1], 30.0)
+    rounded = sprung(np.round(smooth / STEP) * STEP)
+    done = rounded.prediction(SPRING).torque - sprung(smooth).prediction(SPRING).torque
+    assert position_noise(rounded) == pytest.approx(STEP / np.sqrt(12.0), rel=0.1)
+    (foretold,) = encoder_noise(rounded, SPRING)
+    rows = rounded.usable
+    assert np.std(foretold[rows]) == pytest.approx(np.std(done[rows]), rel=0.35)
+
+
+def test_a_whitening_filter_knows_what_the_encoder_does() -> None:
+    rows = np.ones(4000, bool)
+    ringing = np.asarray(lfilter([1.0], [1.0, -1.9, 0.999], white(3)))[:4000]
+    plain = noise_whitening(white(1, 4000), rows, 100.0, 24)
+    knowing = noise_whitening(white(1, 4000), rows, 100.0, 24, ringing)
+    assert np.std(knowing(ringing)[100:]) < 0.3 * np.std(plain(ringing)[100:])

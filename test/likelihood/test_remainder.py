@@ -20,11 +20,15 @@ MOTION = 50.0 * white(7)
 """A torque in which every cell of time and frequency holds motion, above the band too where it is not filtered."""
 
 
-def left(made: Any, values: dict[str, float] | None = None, standstill: float = 0.0) -> Remainder:
-    """The remainder of a fit of a made-up problem, with `standstill`, N m, of friction in every sample."""
+def left(
+    made: Any, values: dict[str, float] | None = None, standstill: float = 0.0, rounding: float = 0.0
+) -> Remainder:
+    """The remainder of a fit of a made-up problem, with `standstill`, N m, of friction in every sample, and as much as
+    `rounding`, N m, of what the motor's encoder does."""
     solver: Any = SimpleNamespace(
         problem=made, whitenings=lambda _values: (None,),
         standstill_friction=lambda residual, _whitening: np.full_like(residual, standstill),
+        encoder_noise=lambda _values: (np.full_like(made.torque, rounding),),
     )  # fmt: skip
     fit: Any = SimpleNamespace(values=values or {})
     return remainder(solver, fit)
@@ -59,6 +63,14 @@ def test_noise_alone_is_not_structure_and_a_steady_tone_is() -> None:
         assert found.floor == pytest.approx(float(np.std(reduced(noise))), rel=0.1)
         assert found.gap == pytest.approx(float(np.std(reduced(noise + added * tone))), rel=1e-3)
         assert found.structured(found.gap) is structured
+
+
+def test_what_the_encoder_does_is_noise() -> None:
+    made = problem(MOTION + white(), residual=reduced(white()) + 0.5)
+    plain, rounded = left(made), left(made, rounding=0.5)
+    assert plain.structured(plain.gap)
+    assert not rounded.structured(rounded.gap)
+    assert rounded.floor == pytest.approx(np.hypot(plain.floor, 0.5))
 
 
 def test_what_does_not_repeat_is_the_noise() -> None:
