@@ -13,7 +13,7 @@ from flex_ident.filtering.band import excited_band_hz
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.minimising import bounded_minimum
-from flex_ident.likelihood.nuisances import model_priors
+from flex_ident.likelihood.nuisances import model_priors, strained
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.start import scanned_start
@@ -29,6 +29,9 @@ from flex_ident.screening.suspects import Suspect, suspects, widened
 Progress = Callable[[float], None]
 VALIDATION_BLOCK_S = 1.0
 VALIDATION_EVERY = 4
+STRAIN = 4.0
+"""Factor on every standard deviation where a nuisance is at its end: a PRBS commanded and sampled at 500 Hz, whose
+torque folds back from above half the rate, moved K by 9 of them."""
 CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
@@ -61,6 +64,8 @@ class Estimate:
     suspects: tuple[Suspect, ...]
     plain: Uncertainty
     """The uncertainty as if the model were right; `uncertainty` is joined with what suspects would move."""
+    strained: tuple[str, ...] = ()
+    """Nuisances of the measurement chain at the end of what they can be."""
     coupling: Coupling | None = None
     """What the motion of other joints explains of what is left; None where none moved."""
     kind: KindFit | None = None
@@ -277,6 +282,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     trained = own.solve(fit.free, fit.values, fit.whitenings, iterations=6, tolerance=1e-6)
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
     found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
-    joined = widened(plain, found, left)
+    joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
+    if ends:  # something else is at work, and nobody knows what it does to the parameters
+        joined = replace(joined, covariance=joined.covariance + (STRAIN**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)
-    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, coupling)
+    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, ends, coupling)

@@ -383,6 +383,7 @@ def identification_of(
             suspects=estimate.suspects,
             moved=moved_stds(estimate),
             coupling=estimate.coupling,
+            strained=estimate.strained,
         )
     )
     notices = [*recording.notices, *objections, *identifiability_notices(parameters)]

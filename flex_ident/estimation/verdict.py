@@ -89,6 +89,7 @@ class Evidence:
     moved: Mapping[str, float] = field(default_factory=dict)
     """For each suspect the most standard deviations by which it would move a parameter that the data determine."""
     coupling: Coupling | None = None
+    strained: tuple[str, ...] = ()
 
 
 def moved_stds(estimate: Estimate) -> dict[str, float]:
@@ -113,6 +114,7 @@ def judged(evidence: Evidence) -> tuple[Verdict, list[Notice]]:
         *_mode_outside_band(evidence),
         *_sampled_slowly(evidence),
         *_structure(evidence),
+        *_strained_chain(evidence),
         *(("doubtful", notice) for notice in late_signals(evidence.measurement, evidence.sample_time)),
     ]
     worst: Verdict = "trusted"
@@ -177,6 +179,14 @@ def _structure(evidence: Evidence) -> Iterator[Objection]:
     if strong:
         found = {"moved_stds": evidence.moved.get(strong[0].effect, 0.0), "gain": strong[0].gain}
         yield "doubtful", Notice(Code.CAUSE_SUSPECTED, strong[0].effect, found)
+
+
+def _strained_chain(evidence: Evidence) -> Iterator[Objection]:
+    """What the measurement chain is estimated to be is more than a chain can be: it stands in for something else."""
+    known = {p.key: p for p in evidence.measurement}
+    for key in evidence.strained:
+        value = known[key].value if key in known else math.nan
+        yield "doubtful", Notice(Code.CHAIN_AT_ITS_END, key, {"value": value})
 
 
 def coupling_notice(coupling: Coupling) -> Notice:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -55,6 +55,29 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)
         priors["link_zero"] = Prior(0.0, far, -10.0 * far, 10.0 * far)
     return priors
+
+
+CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew")
+"""Nuisances that have an end beyond which there is something else."""
+AT_ITS_END, PHYSICAL_AVERAGING = 0.99, 2.0 / 24.0
+"""Share of its range from which a nuisance is at its end; twice what a mean or a hold over a period can make."""
+
+
+def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[str, ...]:
+    """The nuisances of the measurement chain that stand in for something else: at the end of what they can be.
+
+    With its 10 ms MuJoCo's friction loss leads as far as friction is known to; a mean over a period of the torque, or a
+    hold, makes 1/24 of a period squared.
+    """
+    found = []
+    for key in CHAIN:
+        if key not in priors or key not in values:
+            continue
+        ends = [abs(b) for b in (priors[key].lower, priors[key].upper) if b != 0.0]
+        end = PHYSICAL_AVERAGING if key == "torque_averaging" else AT_ITS_END * min(ends)
+        if abs(values[key]) >= end:
+            found.append(key)
+    return tuple(found)
 
 
 def model_priors(

@@ -204,6 +204,12 @@ class Code(StrEnum):
         "The link position is recorded late or early against the motor's, by more than a sample; corrected for.",
         "Look at the time stamps of the link encoder.",
     )  # fmt: skip
+    CHAIN_AT_ITS_END = (
+        "chain_at_its_end", "doubt",
+        "A delay, a low-pass or an averaging of the recorded signals is estimated at the end of what it can be: it "
+        "stands in for something else, as torque from above half the sampling rate that folds back.",
+        "Record at a higher rate, or excite with less above half of it: a chirp rather than steps.",
+    )  # fmt: skip
     TORQUE_DELAY_BELOW_A_SAMPLE = (
         "torque_delay_below_a_sample", "info",
         "The torque fits best a little late or early: measurement, corrected for, not a finding.",

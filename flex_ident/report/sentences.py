@@ -318,6 +318,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
+    Code.CHAIN_AT_ITS_END: (
+        "{subject} is estimated at {value:.3g}, the end of what it can be: it stands in for something else, such as "
+        "torque from above half the sampling rate that folds back. Record at a higher rate, or with a chirp rather "
+        "than steps."
+    ),
     Code.TORQUE_DELAY: _late("torque"),
     Code.LINK_SKEW: _late("link position"),
     Code.TORQUE_DELAY_BELOW_A_SAMPLE: _below_a_sample("torque"),
