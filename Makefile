@@ -30,7 +30,7 @@ test: $(VENV)/.ready
 test-core: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not slow" $(ARGS)
 
-# Every fault on the plant itself, in all kinds of command, and many topics under load: ten minutes, nothing beside it.
+# Every fault in all kinds of command, each combination of settings, many topics under load: ten minutes, nothing beside it.
 test-campaign: $(VENV)/.ready
 	$(BIN)/python -m pytest -m campaign $(ARGS)
 

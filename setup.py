@@ -29,7 +29,7 @@ setup(
         "numba",
     ],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "mujoco", "mcap"],
+        "test": ["pytest", "pytest-xdist", "pytest-rerunfailures", "mujoco", "mcap"],
         "bench": ["mujoco[sysid]", "pysindy"],
     },
     zip_safe=True,

@@ -33,15 +33,18 @@ def exciting(made: Rig, **parameters: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "limit"), [("continuous", ""), ("revolute", '<limit effort="10" velocity="0"/>'), ("revolute", "")]
+    ("kind", "limit"),
+    [
+        ("continuous", ""),
+        pytest.param("revolute", '<limit effort="10" velocity="0"/>', marks=pytest.mark.campaign),
+        pytest.param("revolute", "", marks=pytest.mark.campaign),
+    ],
 )
 def test_a_description_without_limits_is_no_permission(kind: str, limit: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.simulated_joint()
         made.exciter()
-        made.spin(1.0)
-        while "all that it needs is there" not in made.output("chirp_exciter"):
-            made.spin(0.2)
+        ready(made)
         publisher = made.node.create_publisher(String, "/robot_description", LATCHED)
         publisher.publish(description(kind, limit))
         made.spin(1.0)

@@ -35,7 +35,7 @@ def robot_and_exciter(made: Rig, side: str) -> None:
     }  # fmt: skip
     script = str(Path(__file__).parent / "robot.py")
     parameters = {
-        **CHIRP, "joint": JOINT, "auto_start": True, "chirp.amplitude": amplitude, "chirp.duration_s": 4.0,
+        **CHIRP, "joint": JOINT, "auto_start": True, "chirp.amplitude": amplitude, "chirp.duration_s": 3.0,
         "limits.require_urdf": True, "limits.state_timeout_s": 1.0, "recording.directory": str(folder / "bags"),
     }  # fmt: skip
     given = [word for key, value in parameters.items() for word in ("-p", f"{key}:={json.dumps(value)}")]

@@ -1,0 +1,52 @@
+"""A test of nodes that fails while the machine pauses is played again; one that fails on an idle machine has failed."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+
+import pytest
+from busy import MachineBusyError, Witness, excuse
+
+RERUNS = 2
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Where pytest-rerunfailures is installed, a test that failed as the machine was busy gets other tries."""
+    again = config.pluginmanager.hasplugin("rerunfailures")
+    for item in items:
+        if isinstance(item, pytest.Function) and item.get_closest_marker("ros"):
+            item.fixturenames.insert(0, "witness")
+            if again:
+                item.add_marker(pytest.mark.flaky(reruns=RERUNS, only_rerun=[MachineBusyError.__name__]))
+
+
+@pytest.fixture(scope="session")
+def witness() -> Iterator[Witness]:
+    """A process that sees the machine pause."""
+    made = Witness()
+    yield made
+    made.end()
+
+
+@pytest.fixture(autouse=True)
+def ordinary_priority() -> Iterator[None]:
+    """A node that was made in this process has given it real-time priority, which those after it would inherit."""
+    yield
+    with suppress(OSError, AttributeError):
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Tell a failure that the machine's pauses explain from any other."""
+    began = time.monotonic()
+    outcome = yield
+    failure = outcome.excinfo and outcome.excinfo[1]
+    witness = item.funcargs.get("witness") if isinstance(item, pytest.Function) else None
+    if witness is not None and isinstance(failure, Exception):  # neither skipped nor interrupted
+        why = excuse(str(failure), witness.longest_pause(began))
+        if why:
+            outcome.force_exception(MachineBusyError(f"{why}: {failure}").with_traceback(failure.__traceback__))
