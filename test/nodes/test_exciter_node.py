@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +37,18 @@ SHORT = {"chirp.duration_s": 3.0, "chirp.fade_s": 0.5}
 EXTRA = "/extra"
 
 
-def started_with(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
-    """Exit status and standard error of an exciter that must not start."""
-    status = chirp_exciter.main(["--ros-args", *arguments])
-    return status, capsys.readouterr().err
+Started = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture
+def started_with(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Started:
+    """Exit status and standard error of an exciter that must not start, with those arguments."""
+
+    def started(*arguments: str) -> tuple[int, str]:
+        monkeypatch.setattr(sys, "argv", ["chirp_exciter", "--ros-args", *arguments])
+        return chirp_exciter.main(), capsys.readouterr().err
+
+    return started
 
 
 def publish_extra(made: Rig) -> list[bytes]:
@@ -185,11 +194,11 @@ def test_parameters_are_described_ranged_and_changed_while_nothing_moves(tmp_pat
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line(
-    given: dict[str, Any], texts: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    given: dict[str, Any], texts: tuple[str, ...], tmp_path: Path, started_with: Started
 ) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text(yaml.safe_dump({"/**": {"ros__parameters": given}}))
-    status, said = started_with(capsys, "--params-file", str(file))
+    status, said = started_with("--params-file", str(file))
     assert status == 2
     assert said.count("\n") == 1, said
     for text in texts:
@@ -240,8 +249,8 @@ def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) 
     assert "chirp_exciter: chirp_exciter" not in said
 
 
-def test_simulated_time_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, said = started_with(capsys, "-p", "joint:=a", "-p", "use_sim_time:=true")
+def test_simulated_time_is_refused(tmp_path: Path, started_with: Started) -> None:
+    status, said = started_with("-p", "joint:=a", "-p", "use_sim_time:=true")
     assert status == 2
     assert "use_sim_time is true" in said
     with rig(tmp_path) as made:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -68,11 +69,14 @@ def test_the_files_on_the_command_line() -> None:
     ],
 )
 def test_a_file_of_which_no_section_applies_is_refused(
-    node: str, more: list[str], section: str, taken: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    node: str, more: list[str], section: str, taken: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     file = tmp_path / "a.yaml"
     file.write_text(f"{section}:\n  ros__parameters:\n    {'rate_hz: 1.0' if taken else 'joint: a'}\n")
-    assert MAINS[node](["--ros-args", "-p", "joint:=a", *more, "--params-file", str(file)]) == 2
+    given = ["--ros-args", "-p", "joint:=a", *more, "--params-file", str(file)]
+    monkeypatch.setattr(sys, "argv", [node, *given])
+    assert MAINS[node]() == 2
     said = capsys.readouterr().err
     assert ("rate_hz is 1.0" if taken else f"{file}: no section applies to /") in said
     assert said.count("\n") == 1
