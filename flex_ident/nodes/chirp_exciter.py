@@ -28,7 +28,8 @@ from flex_ident.nodes.controller_parameters import ControllerParameters
 from flex_ident.nodes.exciter_recording import RunRecording
 from flex_ident.nodes.exciter_settings import USAGE, Experiment, declare_all, experiment
 from flex_ident.nodes.exciter_state import StateReports
-from flex_ident.nodes.joint_messages import JOINT_STATE, joint_sample
+from flex_ident.nodes.joint_messages import JOINT_STATE
+from flex_ident.nodes.joint_samples import joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.robot_description import RobotDescription, exciter_within
 from flex_ident.nodes.running import run_node

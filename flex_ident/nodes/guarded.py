@@ -54,6 +54,11 @@ class GuardProcess:
         except OSError:
             pass  # it has died, which is seen when the node looks for it
 
+    @property
+    def lives(self) -> bool:
+        """Whether the process is there."""
+        return self._process.poll() is None
+
     def begin(self) -> None:
         """Forget what it did in the motion before."""
         self._listen()

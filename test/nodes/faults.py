@@ -27,7 +27,7 @@ ABORTED = 3
 TRIES = 3
 MORE_BYTES = 300_000
 SILENCE_S = 0.5
-"""Allowed to joint states that stop or freeze."""
+"""Allowed to joint states that stop; those that freeze are allowed twice what they are given."""
 PATIENT_S = 1.0
 """A machine that pauses for longer than `SILENCE_S` would win the race against a fault of another kind."""
 
@@ -173,7 +173,7 @@ def refused(*, joint: dict[str, object] | None = None, **parameters: object) -> 
 def blocked_way(made: Rig) -> Outcome:
     """On the way to the start position the joint states freeze: it is never seen to get there."""
     made.simulated_joint()
-    made.exciter(start_position=0.2, **{"limits.state_timeout_s": SILENCE_S})
+    made.exciter(start_position=0.2, **{"limits.state_timeout_s": 0.5 * SILENCE_S})
     refusal = made.start_exciting()
     assert not refusal, refusal
     assert made.until("moving_to_start"), made.output("chirp_exciter")
@@ -238,7 +238,7 @@ class Fault:
 
 FAULTS: dict[str, Fault] = {
     "joint states stop": Fault(state_fault("stop"), "no joint state for"),
-    "joint states freeze": Fault(state_fault("freeze"), "frozen"),
+    "joint states freeze": Fault(state_fault("freeze", 0.5 * SILENCE_S), "frozen"),
     "joint states go NaN": Fault(state_fault("nan", PATIENT_S), "is nan"),
     "joint states jump in time": Fault(state_fault("time_jump", PATIENT_S), "jumps by +", campaign=True),
     "joint states lose the joint": Fault(state_fault("lose_joint"), "vanished", campaign=True),

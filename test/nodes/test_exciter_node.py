@@ -144,7 +144,7 @@ def reference_is_exact(references: list[tuple[float, float, float]]) -> None:
 )  # fmt: skip
 def test_each_kind_of_command_moves_the_joint(robot: dict[str, Any], exciter: dict[str, Any], tmp_path: Path) -> None:
     with rig(tmp_path) as made:
-        made.simulated_joint(**robot)
+        made.simulated_joint(rate_hz=1000.0, **robot)
         made.exciter(auto_start=True, **SHORT, **exciter)
         assert made.ended("chirp_exciter", 40.0) == 0, made.output("chirp_exciter")
         recording = read_recording(made.bag(), SignalSelection(joint=JOINT, sensors="motor"))
