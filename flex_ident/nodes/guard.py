@@ -8,6 +8,7 @@ standard output, a line each. It takes no signal but SIGKILL: it ends when there
 from __future__ import annotations
 
 import json
+import math
 import os
 import resource
 import select
@@ -34,7 +35,10 @@ from flex_ident.nodes.command_messages import CommandMessages
 from flex_ident.nodes.joint_samples import joint_sample
 from flex_ident.nodes.raw_topics import Polled
 
-READY, TAKEN = "ready", "taken over"
+READY, TAKEN, WATCH = "ready", "taken over", b"watch"
+"""What the guard says, and what it is told beside heartbeats: to listen to the joint states."""
+HEARD_S = 0.5
+"""Time without a joint state after which the guard hears none."""
 AT_ONCE_S = 0.002
 """How long heartbeats are collected before they are looked at together."""
 PIPE_BYTES = 65536
@@ -67,6 +71,7 @@ class LatestStates:
             JointState, topic, lambda _: None, quality, raw=True, callback_group=Polled()
         )
         self._kept: deque[tuple[float, float, bytes]] = deque(maxlen=KEPT)
+        self._latest = -math.inf
 
     def take(self) -> None:
         """Keep what has come."""
@@ -75,6 +80,11 @@ class LatestStates:
         with handle:
             while (taken := handle.take_message(kind, True)) is not None:
                 self._kept.append((now, ros_now, taken[0]))
+                self._latest = now
+
+    def heard(self) -> bool:
+        """Whether joint states come."""
+        return time.monotonic() - self._latest < HEARD_S
 
     def read(self, hold: Hold) -> Iterator[JointSample | None]:
         """What was kept, each once; None where it cannot be read."""
@@ -102,16 +112,13 @@ class Guard:
         self._messages = CommandMessages(post.kind, (), post.period_s)
         self._states: LatestStates | None = None
         self._rest = b""
-        self._listened = False
+        self._said = ""
         self._told = False
 
     def run(self) -> None:
         """Guard until nothing is left to guard."""
         while not self._rules.finished(time.monotonic()):
-            listened = self._publisher.get_subscription_count() > 0
-            if listened != self._listened:
-                self._listened = listened
-                say(f"{READY} {self._mark()}" if listened else "nobody listens")
+            self._say_how_it_stands()
             self._take(min(LOOK_S, self._rules.wait_s(time.monotonic())))
             now = time.monotonic()
             if self._rules.overdue(now):
@@ -122,17 +129,29 @@ class Guard:
                 self._send(beat)
             self._told = self._told and self._rules.taken_over
 
+    def _say_how_it_stands(self) -> None:
+        """Who takes the guard's commands, and whether it hears the joint states, when that changes."""
+        count, heard = self._publisher.get_subscription_count(), self._states is not None and self._states.heard()
+        if self._said != (said := f"{count} {int(heard)}"):
+            self._said = said
+            say(f"{READY} {said} {self._mark()}" if count else "nobody listens")
+
     def _watch(self) -> None:
         """Keep the joint states where efforts are commanded, and read them when the joint is the guard's."""
         hold = self._rules.hold
-        if hold is None:
-            return
+        if hold is not None:
+            self._listen()
         if self._states is None:
-            self._states = LatestStates(self._node, self._post.states)
+            return
         self._states.take()
-        if self._rules.taken_over:
+        if hold is not None and self._rules.taken_over:
             for sample in self._states.read(hold):
                 self._rules.observe(sample)
+
+    def _listen(self) -> None:
+        """Listen to the joint states from now on."""
+        if self._states is None:
+            self._states = LatestStates(self._node, self._post.states)
 
     def _mark(self) -> str:
         """The mark by which DDS knows the publisher: its node's name gets around later."""
@@ -152,7 +171,9 @@ class Guard:
             self._rules.gone()
             return
         *lines, self._rest = (self._rest + data).split(b"\n")
-        for line in lines[-1:]:
+        if WATCH in lines:
+            self._listen()
+        for line in [line for line in lines if line != WATCH][-1:]:
             with suppress(ValueError, TypeError):
                 self._rules.beat(Beat.read(line))
         if not self._rules.taken_over:

@@ -1,7 +1,7 @@
 """Whether a machine was too busy for a test of nodes: measured beside it, on each of its processors.
 
-`python busy.py PROCESSOR` prints a line, `instant seconds` of the steady clock, for each time that it slept too long
-there: a virtual machine's processors may pause one by one.
+`python busy.py PROCESSOR` prints a line for each time that it slept too long there, by how much, s: a virtual machine's
+processors may pause one by one.
 """
 
 from __future__ import annotations
@@ -39,12 +39,10 @@ class Witness:
         for process in self._processes:
             os.set_blocking(stream(process).fileno(), False)
 
-    def longest_pause(self, since: float) -> float:
-        """The longest pause, s, that ended after an instant of the steady clock and was not asked for before."""
-        time.sleep(2.0 * NAP_S)
-        text = b"".join(stream(process).read() or b"" for process in self._processes)
-        pauses = [tuple(map(float, line.split())) for line in text.splitlines()]
-        return max((pause for ended, pause in pauses if ended > since), default=0.0)
+    def forget(self) -> float:
+        """The longest pause, s, since it was asked the last time."""
+        said = (stream(process).read() or b"" for process in self._processes)
+        return max((float(line) for text in said for line in text.splitlines()), default=0.0)
 
     def end(self) -> None:
         """End the processes."""
@@ -76,7 +74,7 @@ def main() -> None:
         time.sleep(NAP_S)
         now = time.monotonic()
         if now - before > NAP_S + LEAST_S:
-            print(f"{now:.6f} {now - before - NAP_S:.6f}", flush=True)
+            print(f"{now - before - NAP_S:.6f}", flush=True)
         before = now
 
 

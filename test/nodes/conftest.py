@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 
@@ -32,9 +31,14 @@ def witness() -> Iterator[Witness]:
 
 
 @pytest.fixture(autouse=True)
-def ordinary_priority() -> Iterator[None]:
-    """A node that was made in this process has given it real-time priority, which those after it would inherit."""
+def ordinary_process() -> Iterator[None]:
+    """A node that was made in this process has given it real-time priority and set variables: those after it inherit
+    neither.
+    """
+    before = dict(os.environ)
     yield
+    os.environ.clear()
+    os.environ.update(before)
     with suppress(OSError, AttributeError):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
@@ -42,11 +46,12 @@ def ordinary_priority() -> Iterator[None]:
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Tell a failure that the machine's pauses explain from any other."""
-    began = time.monotonic()
+    witness = item.funcargs.get("witness") if isinstance(item, pytest.Function) else None
+    if witness is not None:
+        witness.forget()
     outcome = yield
     failure = outcome.excinfo and outcome.excinfo[1]
-    witness = item.funcargs.get("witness") if isinstance(item, pytest.Function) else None
     if witness is not None and isinstance(failure, Exception):  # neither skipped nor interrupted
-        why = excuse(str(failure), witness.longest_pause(began))
+        why = excuse(str(failure), witness.forget())
         if why:
             outcome.force_exception(MachineBusyError(f"{why}: {failure}").with_traceback(failure.__traceback__))

@@ -21,9 +21,12 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.client import Client
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
+
+from flex_ident.nodes.transports import without_shared_memory
 
 JOINT = "elbow"
 POSITION_LIMIT, VELOCITY_LIMIT = 0.4, 2.0
@@ -104,8 +107,9 @@ class Rig:
         """The robot of somebody else, with stand-ins for ros2_control's controllers."""
         given = {"limit": POSITION_LIMIT, "speed": VELOCITY_LIMIT, "truth": str(self.folder / "truth"), **more}
         command = [sys.executable, str(Path(__file__).parent / "robot.py"), json.dumps(given)]
+        apart = without_shared_memory(os.environ, get_rmw_implementation_identifier())  # or it pauses for 0.33 s
         with self.log("robot").open("ab") as out:
-            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out)
+            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out, env=apart)
 
     def truth(self, joints: int = 2) -> np.ndarray:
         """What the robot's joints really did: time, s, then positions, speeds and efforts, one row each instant."""
