@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from flex_ident.errors import ConfigurationError
 from flex_ident.excitation.holding import Hold, Holding
@@ -19,6 +20,7 @@ REPEAT_S, INSIST_S = 0.02, 2.0
 HOLD_S, LONGEST_HOLD_S = 0.002, 10.0
 """A guard with feedback commands at this interval, goes on until the joints stand still, and no longer than that."""
 WAIT_S = 0.5
+BETWEEN = "\t"
 
 
 @dataclass(frozen=True)
@@ -41,19 +43,20 @@ class Beat:
     position: float | None = None
 
     def line(self) -> bytes:
-        """As a line of text."""
+        """As a line of text: what differs from beat to beat, and how to hold, which does not."""
         content = [self.sent, self.armed, self.lease_s, self.row, self.joints, self.standing, self.position]
-        hold = "null" if self.hold is None else self.hold.text
-        return f"[{json.dumps(content, separators=(',', ':'))},{hold}]\n".encode()
+        hold = "" if self.hold is None else self.hold.text
+        return f"{json.dumps(content, separators=(',', ':'))}{BETWEEN}{hold}\n".encode()
 
     @staticmethod
     def read(line: bytes) -> Beat:
         """From a line of text. Raises ValueError when it is none."""
+        content, _, hold = line.decode().strip().partition(BETWEEN)
         try:
-            (sent, armed, lease, row, joints, standing, position), hold = json.loads(line)
+            sent, armed, lease, row, joints, standing, position = json.loads(content)
             return Beat(
                 float(sent), bool(armed), float(lease), tuple(map(float, row)), tuple(map(str, joints)),
-                None if hold is None else Hold.of(hold), tuple(map(float, standing)),
+                _hold(hold) if hold else None, tuple(map(float, standing)),
                 None if position is None else float(position),
             )  # fmt: skip
         except (TypeError, ConfigurationError) as error:
@@ -162,5 +165,12 @@ class Guarding:
         """Whether there is nothing left to guard."""
         if not self._gone:
             return False
-        moving = self._beat is not None and self._beat.armed
-        return not moving or self._left or (self._holding is None and self._over(now) and self._taken_at is not None)
+        if self._beat is None or not self._beat.armed or self._left:
+            return True
+        return self._taken_at is not None and self._holding is None and self._over(now)
+
+
+@lru_cache(maxsize=2)
+def _hold(text: str) -> Hold:
+    """How to hold; the same text comes with each beat of a motion."""
+    return Hold.of(json.loads(text))

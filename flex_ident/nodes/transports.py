@@ -16,20 +16,20 @@ from rclpy.utilities import get_rmw_implementation_identifier
 LOOPBACK = Path(__file__).with_name("loopback.xml")
 FAST_DDS = ("rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp")
 PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
-RANGE, LOCALHOST_ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
+RANGE, LOCALHOST_ONLY, STATIC_PEERS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"
 
 
 def without_shared_memory(environment: Mapping[str, str], middleware: str) -> dict[str, str]:
     """An environment in which a process starts without shared memory and finds the same others; `middleware` is ROS's.
 
-    Profiles that the user gives to Fast DDS stay as they are, and with them what they say of transports.
+    Profiles that the user gives to Fast DDS, and peers on other computers, stay as they are.
     """
     found = dict(environment)
     if middleware not in FAST_DDS:
         return found
     found["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
     local = found.get(RANGE, "").upper() == "LOCALHOST" or found.get(LOCALHOST_ONLY) == "1"
-    if local and not any(found.get(name) for name in PROFILES):
+    if local and not any(found.get(name) for name in (*PROFILES, STATIC_PEERS)):
         # On one computer ROS sets transports of its own, whatever the variable above says.
         found |= {RANGE: "SYSTEM_DEFAULT", **{name: str(LOOPBACK) for name in PROFILES}}
         if LOCALHOST_ONLY in found:

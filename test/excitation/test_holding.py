@@ -81,7 +81,7 @@ def test_a_beat_with_what_it_takes_to_hold_goes_over_the_pipe_as_it_is() -> None
     assert replace(read, hold=None) == replace(beat, hold=None)
     assert math.isinf(read.hold.limits.tracking_error)
     with pytest.raises(ValueError, match="list"):
-        Beat.read(b'[[1.0,true,0.1,[1.0],["a"],[1.0],0.0],[1,2,3,4,5,6,7,8,9]]')
+        Beat.read(b'[1.0,true,0.1,[1.0],["a"],[1.0],0.0]\t[1,2,3,4,5,6,7,8,9]')
 
 
 @pytest.mark.parametrize(

@@ -295,12 +295,15 @@ is the larger of what the reference says and the step from one commanded positio
 allowed. 'Lost' is by how much the bag ends before the last reference that a third process received.
 A negative exit status is that of a process killed; 0 is a run that ended as if nothing had happened.
 
+`make test` plays those of which no other one promises the same; these are left to `make test-campaign`: {campaign}.
+
 ## On the joints
 
 The same under each kind of command, with a robot written for the tests (`test/nodes/robot.py`): its controllers behave
 as ros2_control's do, a command stands until the next one comes. What is measured is what its joints really did, not
 what was commanded. The joint may move ±{position} rad from where it began, at {velocity} rad/s and {effort:g} N m;
-the other joint must hold. 'Standstill' is from the fault on.
+the other joint must hold. 'Standstill' is from the fault on. `make test` plays kill -9 and SIGSTOP of the exciter under
+effort commands, `make test-campaign` all.
 
 {plant}
 
@@ -309,13 +312,28 @@ the other joint must hold. 'Standstill' is from the fault on.
 A process of its own, started with the exciter; `~/start` refuses until it is there, and says which one it is. Each
 command is followed by a heartbeat over a pipe, which says for how long that command may stand: 1 s for a position, as
 the drive stays there; 0.12 s for a speed or an effort, and for a speed less, down to 0.04 s, where a bound of the
-position is near. When the next heartbeat does not come in time, or the pipe ends with the exciter, the guard commands
-no speed, the last position, or the effort that held the joint before it moved, for two seconds. It takes no signal
+position is near; so for an effort, by the speed that the joint has. When the next heartbeat does not come in time, or
+the pipe ends with the exciter, the guard commands no speed, or the last position, for two seconds. It takes no signal
 but SIGKILL, and ends with the exciter. An exciter that goes on after it stood still for that long commands nothing but
-the same, and ends. A machine that is so busy that it holds up the exciter for that long therefore ends a run.
+the same, under effort commands nothing at all as the guard has the joint by then, and ends. A machine that is so busy
+that it holds up the exciter for that long therefore ends a run.
 
-What it cannot do: outlive a machine that dies, or an end by SIGKILL of both (a container that is removed). Under effort
-commands it has no feedback: what moves then coasts to rest by its own friction.
+Under effort commands the guard has feedback of its own: it hears the joint states, and when it takes over it brakes the
+joint with the exciter's gains, inside the effort limit and within half of the way that is left to the bound ahead, and
+holds it where it comes to rest, the others where they were. After two seconds, when all have stood still for 0.3 s, it
+leaves the effort that holds them there, and ends; those that do not come to rest it holds for ten seconds. What the
+exciter does not believe, it does not: readings that are missing, not finite, frozen, that jump, or that are far from
+where the exciter saw the joint last. Blind, it lets the efforts fade to those that held the joints before anything
+moved. What still moves then coasts to rest by its own friction.
+
+`~/start` refuses until the guard is heard by all who hear the exciter, and under effort commands until it hears the
+joint states. Neither it nor the exciter has memory in common with others where ROS uses Fast DDS
+(`flex_ident/nodes/transports.py`): a first message by way of shared memory was held up by 0.33 s, in which a joint went
+on under the last effort; and so were the joint states of robots, seen as pauses of a third of a second.
+
+What it cannot do: outlive a machine that dies, or an end by SIGKILL of both (a container that is removed). A joint
+whose load at rest differs much from place to place is left with a constant effort in the end, and its friction must
+hold it.
 
 ## Which cause is told
 
@@ -378,6 +396,7 @@ def main() -> int:
     text = TEXT.format(
         position=POSITION_LIMIT, velocity=VELOCITY_LIMIT, effort=EFFORT_LIMIT, timeout=SILENCE_S,
         table=table(outcomes), plant=plant_table(on_plant),
+        campaign="; ".join(name for name, fault in FAULTS.items() if fault.campaign),
     )  # fmt: skip
     path.write_text(text, encoding="utf-8")
     return 0

@@ -10,7 +10,15 @@ pytest.importorskip("rclpy", reason="needs rclpy")
 from rig import rig
 from stand_in import TOPIC, guard_pid
 
-from flex_ident.nodes.transports import FAST_DDS, LOCALHOST_ONLY, LOOPBACK, PROFILES, RANGE, without_shared_memory
+from flex_ident.nodes.transports import (
+    FAST_DDS,
+    LOCALHOST_ONLY,
+    LOOPBACK,
+    PROFILES,
+    RANGE,
+    STATIC_PEERS,
+    without_shared_memory,
+)
 
 BUILTIN = "FASTDDS_BUILTIN_TRANSPORTS"
 
@@ -34,6 +42,8 @@ def test_what_the_user_says_of_fast_dds_and_other_middlewares_stay_as_they_are()
     given = {RANGE: "LOCALHOST", PROFILES[0]: "/mine.xml"}
     assert without_shared_memory(given, FAST_DDS[0]) == {**given, BUILTIN: "UDPv4"}
     assert without_shared_memory(given, "rmw_cyclonedds_cpp") == given
+    peers = {RANGE: "LOCALHOST", STATIC_PEERS: "192.0.2.1"}
+    assert without_shared_memory(peers, FAST_DDS[0])[RANGE] == "LOCALHOST"
 
 
 @pytest.mark.ros
