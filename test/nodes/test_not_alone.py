@@ -130,7 +130,8 @@ def test_a_description_that_is_not_kept_is_no_hindrance_where_all_limits_are_giv
     given = {"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.require_urdf": False}
     with rig(tmp_path) as made:
         made.robot(description="volatile")
-        made.spin(3.0)  # so that the description has gone by
+        assert made.node_appears("robot")
+        made.spin(0.5)  # so that the description has gone by
         made.exciter(**given, **{"limits.state_timeout_s": 1.0})
         text = "not kept for those who come later"
         assert text in made.start_exciting(30.0, expected=text)

@@ -23,7 +23,7 @@ PAUSE_S = 0.35
 def test_a_pause_is_no_jump(node: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.simulated_joint()
-        made.exciter(**{"limits.state_timeout_s": 1.0, "chirp.duration_s": 4.0, "rate_hz": 500.0})
+        made.exciter(**{"limits.state_timeout_s": 1.0, "chirp.duration_s": 3.0, "rate_hz": 500.0})
         assert made.start_exciting() == ""
         assert made.until("exciting"), made.output("chirp_exciter")
         for _ in range(2):

@@ -25,7 +25,7 @@ def test_excite_record_identify(storage: str, tmp_path: Path) -> None:
         made.exciter(
             auto_start=True,
             rate_hz=1000.0,
-            **{"chirp.duration_s": 12.0, "chirp.end_frequency_hz": 30.0, "recording.storage": storage},
+            **{"chirp.duration_s": 10.0, "chirp.end_frequency_hz": 30.0, "recording.storage": storage},
         )
         assert made.ended("chirp_exciter", 40.0) == 0, made.output("chirp_exciter")
         assert [s for s in made.states if s != "idle"][-1] == "done"
@@ -78,8 +78,8 @@ def test_a_bag_outside_the_allowed_folders_is_refused(tmp_path: Path) -> None:
     ("node", "parameters", "text"),
     [
         ("chirp_exciter", ["-p", "joint:=''"], "joint is empty"),
-        ("simulated_joint", ["-p", "K:=stiff"], "expected a number"),
-        ("identifier", ["-p", "method:=guess"], "weighted"),
+        pytest.param("simulated_joint", ["-p", "K:=stiff"], "expected a number", marks=pytest.mark.campaign),
+        pytest.param("identifier", ["-p", "method:=guess"], "weighted", marks=pytest.mark.campaign),
         pytest.param("simulated_joint", ["-p", "model_file:=missing.yaml"], "missing.yaml", marks=pytest.mark.campaign),
         *(
             pytest.param(
@@ -99,7 +99,7 @@ def test_bad_parameters_are_one_line(node: str, parameters: list[str], text: str
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("node", ["simulated_joint", "identifier"])
+@pytest.mark.parametrize("node", [pytest.param("simulated_joint", marks=pytest.mark.campaign), "identifier"])
 def test_the_shipped_configuration_loads(node: str, tmp_path: Path) -> None:
     config = Path(__file__).resolve().parents[2] / "config" / f"{node}.yaml"
     with rig(tmp_path) as made:
