@@ -88,7 +88,7 @@ def exciting(made: Rig, **parameters: object) -> None:
     refusal = made.start_exciting(60.0)
     assert not refusal, refusal
     assert made.until("exciting"), made.output("chirp_exciter")
-    made.spin(0.8)
+    made.spin(1.2)
 
 
 def state_fault(name: str, state_timeout_s: float = SILENCE_S) -> Callable[[Rig], Outcome]:

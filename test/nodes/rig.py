@@ -20,13 +20,14 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.client import Client
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
-from flex_ident.nodes.transports import without_shared_memory
+from flex_ident.nodes.transports import share_no_memory, without_shared_memory
 
 JOINT = "elbow"
 POSITION_LIMIT, VELOCITY_LIMIT = 0.4, 2.0
@@ -58,6 +59,7 @@ class Rig:
         self.references: list[tuple[float, float, float]] = []
         self.node = rclpy.create_node("rig")
         self.clients: dict[str, Client] = {}
+        self._relayed: Publisher | None = None
         # Before the nodes are there, which find them as they come.
         self._client(Trigger, "/chirp_exciter/start")
         self._client(Trigger, "/chirp_exciter/stop")
@@ -177,6 +179,8 @@ class Rig:
         """Call ~/start until everything is ready, or refused as expected; the last refusal, empty when it moves."""
         message = "no answer"
         end = time.monotonic() + seconds
+        while self._relayed is not None and self._relayed.get_subscription_count() == 0 and time.monotonic() < end:
+            self.spin(0.1)
         while time.monotonic() < end:
             answer = self.ask(Trigger, "/chirp_exciter/start", Trigger.Request(), 3.0)
             if "moving_to_start" in self.states or (answer is not None and answer.success):
@@ -193,7 +197,7 @@ class Rig:
 
     def relay(self, origin: str, goal: str) -> None:
         """Hand the commands of one topic on to another, as long as this is listened to."""
-        publisher = self.node.create_publisher(Float64MultiArray, goal, 10)
+        publisher = self._relayed = self.node.create_publisher(Float64MultiArray, goal, 10)
         self._relay = self.node.create_subscription(Float64MultiArray, origin, publisher.publish, 100)
 
     def end_relay(self) -> None:
@@ -259,8 +263,12 @@ def rig(folder: Path) -> Iterator[Rig]:
     """A rig in a DDS domain of its own, on loopback."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_DOMAIN_ID"] = DOMAIN or str(1 + (os.getpid() + int(time.monotonic())) % 100)
+    plain = dict(os.environ)
+    share_no_memory()  # and be found as soon as the nodes find each other
     rclpy.init()
     made = Rig(folder)
+    os.environ.clear()
+    os.environ.update(plain)
     try:
         yield made
     finally:

@@ -59,6 +59,8 @@ def test_limits_that_come_in_mid_motion_hold_from_then_on_and_a_repetition_is_no
         heard: list[String] = []
         made.node.create_subscription(String, "/robot_description", heard.append, LATCHED)
         exciting(made, exit_when_done=False)
+        while not heard:
+            made.spin(0.1)
         publisher.publish(heard[0])
         made.spin(1.0)
         assert made.state["state"] == "exciting", made.state
