@@ -30,7 +30,7 @@ test: $(VENV)/.ready
 test-core: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not slow and not campaign" $(ARGS)
 
-# Every fault on the plant itself in all kinds of command, many topics under load, and each case with each set of
+# Every fault in all kinds of command, each combination of settings, many topics under load, each case with each set of
 # sensors: half an hour, nothing beside it.
 test-campaign: $(VENV)/.ready
 	$(BIN)/python -m pytest -m campaign $(ARGS)

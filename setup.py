@@ -10,7 +10,7 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "report/*.html"]},
+    package_data={NAME: ["py.typed", "report/*.html", "nodes/*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -29,7 +29,7 @@ setup(
         "numba",
     ],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "mujoco", "mcap"],
+        "test": ["pytest", "pytest-xdist", "pytest-rerunfailures", "mujoco", "mcap"],
         "bench": ["mujoco[sysid]", "pysindy"],
     },
     zip_safe=True,

@@ -17,7 +17,7 @@ POSITION_LEASE_S = 1.0
 LEASE_S, SHORTEST_LEASE_S = 0.12, 0.04
 """How long a commanded speed or effort may stand, and how long at least where a bound of the position is near."""
 LEASE_SHARE = 0.5
-"""Share of the way to the bound ahead that a commanded speed may go meanwhile."""
+"""Share of the way to the bound ahead that a commanded speed, or that of a joint under efforts, may go meanwhile."""
 
 
 class CommandStream:
@@ -31,10 +31,14 @@ class CommandStream:
         self.command = law.following(position, 0.0, sample)
         self.others = law.others(sample, 1.0)
         self._braked = self.command
+        self.seen: float | None = position
+        """Where the joint was seen, rad, at the latest command; None: nowhere that is to be believed."""
+        self._speed = 0.0
 
     def follow(self, now: float, position: float, velocity: float, sample: JointSample | None) -> None:
         """Follow a reference, rad and rad/s; without a sample by what is known without one."""
         law = self.law
+        self._look(sample)
         if law.interface == "effort" and sample is None:
             self._fade(now)
         else:
@@ -52,6 +56,7 @@ class CommandStream:
     ) -> None:
         """Brake along a reference, rad and rad/s; without a sample no faster than that, and efforts fade."""
         law = self.law
+        self._look(sample)
         if law.interface == "position":
             self.command = law.following(position, velocity, sample)
         elif law.interface == "velocity":
@@ -72,6 +77,11 @@ class CommandStream:
         self.command = law.limits.held(position) if law.interface == "position" else law.rest
         self.others = law.others(None, 0.0)
 
+    def _look(self, sample: JointSample | None) -> None:
+        self.seen = None if sample is None else sample.position
+        if sample is not None and math.isfinite(sample.velocity):
+            self._speed = sample.velocity
+
     def _fade(self, now: float) -> None:
         share = math.exp(-max(0.0, now - self._at) / FADE_S)
         rest = self.law.others(None, 0.0)
@@ -91,11 +101,12 @@ class CommandStream:
         law = self.law
         if law.interface == "position":
             return POSITION_LEASE_S
-        if law.interface == "effort" or self.command == 0.0:
+        speed = self._speed if law.interface == "effort" else self.command
+        if speed == 0.0:
             return LEASE_S
         limits = law.limits
-        room = limits.position_max - self._position if self.command > 0.0 else self._position - limits.position_min
-        return min(LEASE_S, max(SHORTEST_LEASE_S, LEASE_SHARE * room / abs(self.command)))
+        room = limits.position_max - self._position if speed > 0.0 else self._position - limits.position_min
+        return min(LEASE_S, max(SHORTEST_LEASE_S, LEASE_SHARE * room / abs(speed)))
 
 
 def _between(value: float, bound: float) -> float:

@@ -13,6 +13,7 @@ from flex_ident.excitation.chirp import Reference
 from flex_ident.excitation.command_stream import RELEASE_S, CommandStream
 from flex_ident.excitation.commands import CommandLaw
 from flex_ident.excitation.following import Following
+from flex_ident.excitation.holding import Hold
 from flex_ident.excitation.joint_states import JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, Travel, braking, travel
@@ -51,6 +52,8 @@ class Exciter:
         self._yield_travel: Travel | None = None
         self._following = Following(0.0)
         self._after: State = "done"
+        self._hold: Hold | None = None
+        self._left = False
         self.largest_error = 0.0
         """The largest tracking error of the run, rad."""
 
@@ -97,6 +100,13 @@ class Exciter:
         self._travel = travel(now, sample.position, self._center, self._approach_speed)
         self._last, self._last_at = (sample.position, 0.0), now
         self._stream = CommandStream(law, now, sample.position, sample)
+        self._hold = None
+        if s.interface == "effort":
+            self._hold = Hold(
+                s.joint, s.held, s.gains, self.limits, sample, s.carry_effort, s.held_effort, s.continuous,
+                s.state_timeout_s,
+            )  # fmt: skip
+        self._left = False
         self._progress, self._yield_travel, self.largest_error = 0.0, None, 0.0
         self._watch.begin(now)
         self.state, self.reason = "moving_to_start", ""
@@ -156,6 +166,7 @@ class Exciter:
         self._watch.distrust()
         self._last = (self._last[0], 0.0)
         self.state = "aborted"
+        self._left = self._hold is not None
         self.reason = f"this node stood still for {gap:.2f} s, and with it the commands: is the machine too busy?"
 
     def _check(self, now: float, gap: float) -> None:
@@ -281,5 +292,5 @@ class Exciter:
             stream.rest(position)
         return Output(
             self.state, stream.command, stream.others, position, velocity, self._progress, self.reason,
-            stream.safe, stream.lease_s,
+            stream.safe, stream.lease_s, self._hold, stream.seen, self._left,
         )  # fmt: skip

@@ -152,6 +152,11 @@ class JointStateWatch:
         """Believe nothing of it until the next motion begins."""
         self._distrusted = True
 
+    @property
+    def distrusted(self) -> bool:
+        """Whether nothing of it is believed until the next motion begins."""
+        return self._distrusted
+
     def begin(self, now: float) -> None:
         """Forget what happened before a motion; remember which readings the robot gives."""
         sample = self._sample

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from flex_ident.excitation.holding import Hold
+
 State = Literal["idle", "moving_to_start", "exciting", "ramping_down", "done", "aborted"]
 MOVING: tuple[State, ...] = ("moving_to_start", "exciting", "ramping_down")
 
@@ -28,3 +30,9 @@ class Output:
     """What may be commanded for any length of time: of the joint and of the others."""
     lease_s: float = math.inf
     """How long the command may stand with nobody there to change it, s."""
+    hold: Hold | None = None
+    """How the joints are to be held when nobody is there, where that takes feedback."""
+    seen: float | None = None
+    """Where the joint was seen for the command, rad; None: nowhere that is to be believed."""
+    left: bool = False
+    """Whether the guard holds the joints by now, and is to be left alone: the command is for the case that it died."""

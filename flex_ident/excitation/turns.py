@@ -20,6 +20,10 @@ class Turns:
         """Take the next reading as it is."""
         self._before = ()
 
+    def near(self, positions: tuple[float, ...]) -> None:
+        """Count on from positions, rad, whose turns have been counted: the next reading is within half a turn."""
+        self._before, self._offsets = positions, [0.0] * len(positions)
+
     def unwrapped(self, sample: JointSample) -> JointSample:
         """The sample with positions that go on where readings jump by whole turns."""
         if sample.position is None or not any(self._continuous):

@@ -28,10 +28,12 @@ from flex_ident.nodes.controller_parameters import ControllerParameters
 from flex_ident.nodes.exciter_recording import RunRecording
 from flex_ident.nodes.exciter_settings import USAGE, Experiment, declare_all, experiment
 from flex_ident.nodes.exciter_state import StateReports
-from flex_ident.nodes.joint_messages import JOINT_STATE, joint_sample
+from flex_ident.nodes.joint_messages import JOINT_STATE
+from flex_ident.nodes.joint_samples import joint_sample
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.robot_description import RobotDescription, exciter_within
 from flex_ident.nodes.running import run_node
+from flex_ident.nodes.transports import share_no_memory
 
 HOUSEKEEPING_S = 0.1
 SWITCH_S = 2e-4
@@ -129,10 +131,13 @@ class ChirpExciter(Node):
         """What is seen around the node now."""
         values = self._experiment.values
         self._controller.look()
-        guard_problem = self._commands.guard.problem(moving=self.run.phase == "moving")
+        listeners = self._commands.listeners()
+        guard_problem = self._commands.guard.problem(
+            moving=self.run.phase == "moving", listeners=listeners, feedback=values["command.interface"] == "effort"
+        )
         return Surroundings(
             self._commands.name, self._states_topic, self._description.topic,
-            listeners=self._commands.listeners(), others=self._commands.others(),
+            listeners=listeners, others=self._commands.others(),
             states_published=bool(self._states_type), states_publishers=publishers(self, self._states_topic),
             description=self._description.state(),
             description_required=bool(values["limits.require_urdf"]),
@@ -246,4 +251,5 @@ def main(arguments: list[str] | None = None) -> int:
             node.destroy_node()
         return node.run.status
 
+    share_no_memory()
     return run_node(USAGE, ChirpExciter, run, arguments)

@@ -21,7 +21,10 @@ class CommandTopic:
         self.name = str(self._publisher.topic_name)
         name, namespace = f"{node.get_name()}_guard", str(node.get_namespace())
         self._own_name, self._guards_name = full_name(node.get_name(), namespace), full_name(name, namespace)
-        self.guard = GuardProcess(Post(name, namespace, self.name, values["command.type"], 1.0 / values["rate_hz"]))
+        states = str(node.resolve_topic_name("joint_states"))
+        self.guard = GuardProcess(
+            Post(name, namespace, self.name, values["command.type"], 1.0 / values["rate_hz"], states)
+        )
 
     def publish(self, message: Any) -> None:
         """Send a command."""

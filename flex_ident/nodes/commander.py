@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -46,11 +47,14 @@ class Commander:
         output = self._step(now)
         stamp = self._ros_time.at(now)
         moving = output.state in MOVING
-        if output.command is not None:
+        if output.command is not None and not (output.left and self._guard.lives):
             rows, (safe, others) = self._messages, output.safe
             self._commands.publish(rows.message(rows.row(self._joint, output.command, output.others)))
-            row = rows.row(self._joint, safe, others)
-            self._guard.beat(Beat(now, moving, output.lease_s if moving else 0.0, row, rows.joints))
+            row, standing = rows.row(self._joint, safe, others), (output.command, *output.others)
+            beat = Beat(now, moving, output.lease_s if moving else 0.0, row, rows.joints)
+            if output.hold is not None:
+                beat = replace(beat, hold=output.hold, standing=standing, position=output.seen)
+            self._guard.beat(beat)
         data = self._references.message(output, stamp)
         self._publisher.publish(data)
         self._record(self.topic, data, stamp)

@@ -9,11 +9,11 @@ import sys
 from contextlib import suppress
 from dataclasses import asdict
 
-from flex_ident.excitation.guarding import Beat
-from flex_ident.nodes.guard import READY, TAKEN, Post
+from rclpy.utilities import get_rmw_implementation_identifier
 
-APART = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
-"""Of Fast DDS, a transport that has no memory, nor locks in it, in common with a process that is killed."""
+from flex_ident.excitation.guarding import Beat
+from flex_ident.nodes.guard import READY, TAKEN, WATCH, Post
+from flex_ident.nodes.transports import without_shared_memory
 
 
 class GuardProcess:
@@ -23,7 +23,7 @@ class GuardProcess:
         command = [sys.executable, "-m", "flex_ident.nodes.guard", json.dumps(asdict(post))]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True, bufsize=0,
-            env={**os.environ, **APART},
+            env=without_shared_memory(os.environ, get_rmw_implementation_identifier()),
         )  # fmt: skip
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -33,6 +33,7 @@ class GuardProcess:
         self.mark = ""
         """By which DDS knows its publisher; empty until it is ready."""
         self._ready = False
+        self._listeners, self._hears, self._watches = 0, False, False
         self._taken = False
         self._deaf = False
 
@@ -46,21 +47,41 @@ class GuardProcess:
 
     def beat(self, beat: Beat) -> None:
         """Send a heartbeat; never waits."""
+        self._tell(beat.line())
+
+    def watch(self) -> None:
+        """Have it listen to the joint states, from which it is to hold joints."""
+        if not self._watches:
+            self._tell(WATCH + b"\n")
+            self._watches = not self._deaf
+
+    def _tell(self, line: bytes) -> None:
         try:
-            os.write(self._beats, beat.line())
+            os.write(self._beats, line)
             self._deaf = False
         except BlockingIOError:
             self._deaf = True
         except OSError:
             pass  # it has died, which is seen when the node looks for it
 
+    @property
+    def lives(self) -> bool:
+        """Whether the process is there."""
+        return self._process.poll() is None
+
     def begin(self) -> None:
         """Forget what it did in the motion before."""
         self._listen()
         self._taken = False
 
-    def problem(self, *, moving: bool) -> str:
-        """Why it would not stop the joint, or of one that moves, that it has; empty while it guards."""
+    def problem(self, *, moving: bool, listeners: int, feedback: bool) -> str:
+        """Why it would not stop the joint, or of one that moves, that it has; empty while it guards.
+
+        `listeners`: how many take the exciter's commands, all of whom must take the guard's; `feedback`: whether it
+        needs the joint states.
+        """
+        if feedback:
+            self.watch()
         self._listen()
         status = self._process.poll()
         if status is not None:
@@ -69,14 +90,19 @@ class GuardProcess:
             return "the guard, which stops the joint should this node die, takes no heartbeats"
         if self._taken and moving:
             return "the guard has stopped the joint, as no heartbeat came: is the machine too busy?"
-        return "" if self._ready else "the guard, which stops the joint should this node die, is not ready: call again"
+        if not self._ready or (not moving and self._listeners < listeners):
+            return "the guard, which stops the joint should this node die, is not ready: call again"
+        if feedback and not moving and not self._hears:
+            return "the guard, which stops the joint should this node die, hears no joint states yet: call again"
+        return ""
 
     def _listen(self) -> None:
         with suppress(BlockingIOError):
             for line in os.read(self._answers, 4096).decode(errors="replace").splitlines():
                 self._taken = self._taken or line == TAKEN
                 if line.startswith(READY):
-                    self.mark = line.removeprefix(READY).strip()
+                    listeners, hears, *mark = line.removeprefix(READY).split()
+                    self._listeners, self._hears, self.mark = int(listeners), hears == "1", "".join(mark)
                 self._ready = line.startswith(READY) or (self._ready and line == TAKEN)
 
     def end(self) -> None:

@@ -36,6 +36,7 @@ from flex_ident.nodes.simulated_settings import (
     joint_names,
 )
 from flex_ident.nodes.trajectory import TrajectoryCommand
+from flex_ident.nodes.transports import share_no_memory
 from flex_ident.virtual_joint import Measurement, VirtualJoint
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -44,10 +45,16 @@ LONGEST_DELAY_S = 1.0
 """When the machine stood still for longer, the joint stood still as well; below, late samples are made up for."""
 LATE_TICKS = 3.0
 """Samples from which the joint is late: each command is then taken when it was sent, not when it is looked at."""
+STOOD_S, STREAM_S = 0.02, 0.1
+"""By how much longer than it sleeps a process takes that stood still, and how dense a stream of commands is."""
+ARRIVAL_S, LOOK_S = 0.3, 1e-3
+"""How long commands may take that were sent meanwhile, and how often they are looked for."""
 JUMP_NS = 5_000_000_000
 WARN_EVERY_S = 1.0
 LONGEST_SLEEP_S = 0.1
 """However slowly the joint's time runs, it is asked to end."""
+LONGEST_END_S = 5.0
+"""How long a sample may take when the node ends: what it publishes by must not be taken down under it."""
 STOPPED = 3
 
 
@@ -66,6 +73,8 @@ class SimulatedJoint(Node):
         self._command = self._joint.command
         self._trajectory: TrajectoryCommand | None = None
         self._waiting: deque[tuple[Any, dict[str, int]]] = deque()
+        self._sent_ns = 0
+        """When the latest command that has arrived was sent, of the system's clock."""
         self._states = self.create_publisher(JointState, "joint_states", QUEUE)
         self._links = None
         if v["link_encoder"] and not self.model.rigid:
@@ -99,7 +108,7 @@ class SimulatedJoint(Node):
         """Stop the clock."""
         self._stopping.set()
         if self._thread.is_alive():
-            self._thread.join(1.0)
+            self._thread.join(LONGEST_END_S)
 
     def _checked(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
@@ -117,11 +126,28 @@ class SimulatedJoint(Node):
 
     # -- what comes in
 
-    def _arrived(self, before_ns: float) -> Iterator[Any]:
-        """Commands sent before that instant of the system's clock that have not been taken yet."""
+    def _collect(self) -> None:
+        """Have what has arrived wait."""
         with self._commands.handle:
             while (taken := self._commands.handle.take_message(self._commands.msg_type, False)) is not None:
                 self._waiting.append(taken)
+                self._sent_ns = taken[1]["source_timestamp"]
+
+    def _await_commands(self, gap: float) -> None:
+        """After this process stood still for `gap` s: wait for what was sent meanwhile, which arrives in order.
+
+        What the middleware has yet to deliver would else come after the samples for which it was meant: a jump.
+        """
+        now_ns, end = time.time_ns(), time.monotonic() + ARRIVAL_S
+        if now_ns - self._sent_ns > (gap + STREAM_S) * 1e9:
+            return  # nobody was commanding
+        while self._sent_ns < now_ns and time.monotonic() < end and not self._stopping.is_set():
+            time.sleep(LOOK_S)
+            self._collect()
+
+    def _arrived(self, before_ns: float) -> Iterator[Any]:
+        """Commands sent before that instant of the system's clock that have not been taken yet."""
+        self._collect()
         while self._waiting and self._waiting[0][1]["source_timestamp"] <= before_ns:
             yield self._waiting.popleft()[0]
 
@@ -162,8 +188,11 @@ class SimulatedJoint(Node):
         begin = time.monotonic()
         origin = self.get_clock().now().nanoseconds
         outgoing = Outgoing(self.names, self._states, self._links)
-        done = 0
+        done, looked = 0, time.monotonic()
         while not self._stopping.is_set():
+            gap, looked = time.monotonic() - looked, time.monotonic()
+            if gap > LONGEST_SLEEP_S + STOOD_S:
+                self._await_commands(gap)
             late = time.monotonic() - begin - (done + 1) / pace
             if late < 0.0:
                 time.sleep(min(-late, LONGEST_SLEEP_S))
@@ -232,4 +261,5 @@ def main(arguments: list[str] | None = None) -> int:
             node.end()
         return node.status
 
+    share_no_memory()
     return run_node(USAGE, SimulatedJoint, run, arguments)

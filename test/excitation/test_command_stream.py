@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from flex_ident.excitation import Gains, JointSample, Limits
@@ -68,3 +70,15 @@ def test_without_feedback_efforts_fade_and_speeds_follow_the_reference() -> None
     assert made.command > 0.6
     made.follow(0.2, 0.25, 0.6, None)
     assert made.command == 0.6
+
+
+def test_an_effort_may_stand_the_shorter_the_faster_the_joint_goes_to_a_bound() -> None:
+    made = stream("effort")
+    assert made.lease_s == LEASE_S
+    made.follow(0.1, 0.4, 1.0, replace(seen(0.4), velocity=1.0))
+    assert made.lease_s == pytest.approx(0.05)
+    assert made.seen == 0.4
+    made.follow(0.1, 0.4, 1.0, replace(seen(0.4), velocity=-1.0))
+    assert made.lease_s == LEASE_S
+    made.follow(0.1, 0.4, 1.0, None)
+    assert made.seen is None

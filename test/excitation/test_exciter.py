@@ -286,6 +286,7 @@ def test_an_exciter_that_stood_still_for_too_long_moves_nothing_any_more(interfa
     assert output.state == "aborted"
     assert "stood still" in output.reason
     assert output.command == pytest.approx({"position": last, "velocity": 0.0, "effort": GRAVITY}[interface])
+    assert output.left == (interface == "effort"), "the guard holds the joint by then"
 
 
 def test_silence_while_the_exciter_itself_stood_still_is_told_as_that() -> None:

@@ -20,17 +20,25 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.client import Client
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
+from flex_ident.nodes.transports import share_no_memory, without_shared_memory
+
 JOINT = "elbow"
 POSITION_LIMIT, VELOCITY_LIMIT = 0.4, 2.0
-STATE_TIMEOUT_S = 0.25
-"""More than the default: a test machine may be busy with other things for a tenth of a second."""
+STATE_TIMEOUT_S = 1.0
+"""More than the default: a test machine may pause for a third of a second, and most tests are about something else."""
+QUIET_S = 0.15
+"""After that time without a message, what was sent before has come."""
+SIMULATED_HZ = 500.0
+"""Of the virtual joint: enough for the commands, and half the load of the default on a machine of two cores."""
 CHIRP = {
-    "chirp.start_frequency_hz": 0.5, "chirp.end_frequency_hz": 20.0, "chirp.duration_s": 8.0, "chirp.amplitude": 0.2,
+    "chirp.start_frequency_hz": 0.5, "chirp.end_frequency_hz": 20.0, "chirp.duration_s": 6.0, "chirp.amplitude": 0.2,
     "chirp.profile": "constant_velocity",
 }  # fmt: skip
 COMMANDS = "/forward_position_controller/commands"
@@ -51,6 +59,7 @@ class Rig:
         self.references: list[tuple[float, float, float]] = []
         self.node = rclpy.create_node("rig")
         self.clients: dict[str, Client] = {}
+        self._relayed: Publisher | None = None
         # Before the nodes are there, which find them as they come.
         self._client(Trigger, "/chirp_exciter/start")
         self._client(Trigger, "/chirp_exciter/stop")
@@ -93,15 +102,16 @@ class Rig:
         """A virtual robot with another joint beside the one that moves."""
         self.start("simulated_joint", {
             "joint": JOINT, "limits.position_min": -POSITION_LIMIT, "limits.position_max": POSITION_LIMIT,
-            "limits.velocity": VELOCITY_LIMIT, **more,
+            "limits.velocity": VELOCITY_LIMIT, "rate_hz": SIMULATED_HZ, **more,
         })  # fmt: skip
 
     def robot(self, **more: Any) -> None:
         """The robot of somebody else, with stand-ins for ros2_control's controllers."""
         given = {"limit": POSITION_LIMIT, "speed": VELOCITY_LIMIT, "truth": str(self.folder / "truth"), **more}
         command = [sys.executable, str(Path(__file__).parent / "robot.py"), json.dumps(given)]
+        apart = without_shared_memory(os.environ, get_rmw_implementation_identifier())  # or it pauses for 0.33 s
         with self.log("robot").open("ab") as out:
-            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out)
+            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out, env=apart)
 
     def truth(self, joints: int = 2) -> np.ndarray:
         """What the robot's joints really did: time, s, then positions, speeds and efforts, one row each instant."""
@@ -136,6 +146,13 @@ class Rig:
                 return True
         return False
 
+    def node_appears(self, name: str, timeout_s: float = 20.0) -> bool:
+        """Listen until a node of that name is there; False when it does not come in time."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end and name not in self.node.get_node_names():
+            self.spin(0.1)
+        return name in self.node.get_node_names()
+
     def _client(self, kind: type, service: str) -> Client:
         if service not in self.clients:
             self.clients[service] = self.node.create_client(kind, service)
@@ -162,6 +179,8 @@ class Rig:
         """Call ~/start until everything is ready, or refused as expected; the last refusal, empty when it moves."""
         message = "no answer"
         end = time.monotonic() + seconds
+        while self._relayed is not None and self._relayed.get_subscription_count() == 0 and time.monotonic() < end:
+            self.spin(0.1)
         while time.monotonic() < end:
             answer = self.ask(Trigger, "/chirp_exciter/start", Trigger.Request(), 3.0)
             if "moving_to_start" in self.states or (answer is not None and answer.success):
@@ -169,7 +188,7 @@ class Rig:
             message = answer.message if answer is not None else message
             if expected in message:
                 break
-            self.spin(0.25)
+            self.spin(0.1)
         return message
 
     def fault(self, name: str) -> None:
@@ -178,7 +197,7 @@ class Rig:
 
     def relay(self, origin: str, goal: str) -> None:
         """Hand the commands of one topic on to another, as long as this is listened to."""
-        publisher = self.node.create_publisher(Float64MultiArray, goal, 10)
+        publisher = self._relayed = self.node.create_publisher(Float64MultiArray, goal, 10)
         self._relay = self.node.create_subscription(Float64MultiArray, origin, publisher.publish, 100)
 
     def end_relay(self) -> None:
@@ -209,7 +228,7 @@ class Rig:
         before = -1
         while before != len(self.references) + len(self.commands):
             before = len(self.references) + len(self.commands)
-            self.spin(0.3)
+            self.spin(QUIET_S)
 
     def bag(self) -> Path:
         """The newest recording."""
@@ -244,8 +263,12 @@ def rig(folder: Path) -> Iterator[Rig]:
     """A rig in a DDS domain of its own, on loopback."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_DOMAIN_ID"] = DOMAIN or str(1 + (os.getpid() + int(time.monotonic())) % 100)
+    plain = dict(os.environ)
+    share_no_memory()  # and be found as soon as the nodes find each other
     rclpy.init()
     made = Rig(folder)
+    os.environ.clear()
+    os.environ.update(plain)
     try:
         yield made
     finally:

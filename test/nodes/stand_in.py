@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from busy import TOO_BUSY
 from rig import JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig
 
 TOPIC = "/forward_position_controller/commands"
@@ -25,7 +26,8 @@ KINDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }  # fmt: skip
 STOPPED = 0.02
 """Speed, rad/s, below which a joint stands still."""
-TOO_BUSY = ("no joint state for", "stood still", "no heartbeat", "old when they come", "behind, ")
+REST_S, STILL_S = 3.0, 0.3
+"""Time in which a joint must have come to rest, and how long it must have stood still to be at rest."""
 TRIES = 4
 """A machine that is busy with other things may hold up an exciter for too long before a test has begun."""
 
@@ -62,14 +64,36 @@ def guard_pid(made: Rig) -> int:
 
 def stands(made: Rig, since: float, *, start: float = 0.0) -> np.ndarray:
     """The truth since an instant, of a joint that must have come to rest without leaving its limits."""
+    after = inside(made, start)
+    after = after[after[:, 0] > since]
+    assert at_rest(after), "it still moves"
+    return after
+
+
+def inside(made: Rig, start: float = 0.0) -> np.ndarray:
+    """The truth so far, of a joint that must never have left its limits beside one that holds."""
     truth = made.truth()
     assert np.abs(truth[:, 2] - start).max() <= POSITION_LIMIT
     assert np.abs(truth[:, 4]).max() <= VELOCITY_LIMIT
     assert np.abs(truth[:, 1] - truth[0, 1]).max() < 0.02, "the other joint has moved"
-    after = truth[truth[:, 0] > since]
-    end = after[after[:, 0] > after[-1, 0] - 0.3]
-    assert np.abs(end[:, 4]).max() < STOPPED, "it still moves"
-    return after
+    return truth
+
+
+def at_rest(after: np.ndarray) -> bool:
+    """Whether the joint has stood still for a while at the end of this part of the truth."""
+    end = after[after[:, 0] > after[-1, 0] - STILL_S] if len(after) else after
+    return len(end) > 0 and end[-1, 0] - after[0, 0] > STILL_S and bool(np.abs(end[:, 4]).max() < STOPPED)
+
+
+def comes_to_rest(made: Rig, since: float, *, start: float = 0.0) -> np.ndarray:
+    """The truth since an instant, of a joint that comes to rest after it and never leaves its limits."""
+    end = time.monotonic() + REST_S
+    while time.monotonic() < end:
+        made.spin(0.2)
+        truth = inside(made, start)
+        if at_rest(truth[truth[:, 0] > since]):
+            break
+    return stands(made, since, start=start)
 
 
 def ready(made: Rig, timeout_s: float = 30.0) -> None:

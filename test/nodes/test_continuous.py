@@ -15,7 +15,7 @@ from stand_in import exciting, stands
 pytestmark = pytest.mark.ros
 
 
-@pytest.mark.parametrize("kind", ["velocity", "effort"])
+@pytest.mark.parametrize("kind", [pytest.param("velocity", marks=pytest.mark.campaign), "effort"])
 def test_a_joint_without_end_is_excited_across_the_wrap_of_its_reading(kind: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         start = math.pi - 0.02

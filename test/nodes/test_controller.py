@@ -21,9 +21,15 @@ CONFIG = Path(__file__).resolve().parents[2] / "config"
     ("kind", "robot", "given", "text"),
     [
         ("position", {}, {"command.joints": [JOINT, "shoulder"]}, "in that order, command.joints holds elbow"),
-        ("velocity", {}, {"command.interface": "position"}, "command.interface is position"),
+        pytest.param(
+            "velocity", {}, {"command.interface": "position"}, "command.interface is position",
+            marks=pytest.mark.campaign,
+        ),
         ("trajectory", {}, {"command.joints": [JOINT]}, "command.joints lacks shoulder"),
-        ("position", {"controlled": ["shoulder"]}, {"command.joints": [JOINT]}, "and not 'elbow'"),
+        pytest.param(
+            "position", {"controlled": ["shoulder"]}, {"command.joints": [JOINT]}, "and not 'elbow'",
+            marks=pytest.mark.campaign,
+        ),
     ],
 )  # fmt: skip
 def test_a_mismatch_is_refused_and_nothing_moves(
@@ -39,7 +45,7 @@ def test_a_mismatch_is_refused_and_nothing_moves(
         assert np.abs(truth[:, 1:3] - truth[0, 1:3]).max() == 0.0
 
 
-@pytest.mark.parametrize("kind", ["position", "trajectory"])
+@pytest.mark.parametrize("kind", ["position", pytest.param("trajectory", marks=pytest.mark.campaign)])
 def test_joints_that_are_left_open_are_filled_in(kind: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         exciting(made, kind, **{"command.joints": []})
@@ -58,7 +64,7 @@ def test_the_shipped_configuration_moves_a_trajectory_controller_of_several_join
             f"{group}.{key}": value for group in ("command", "chirp", "limits") for key, value in shipped[group].items()
         }
         flat |= {"joint": shipped["joint"], "rate_hz": shipped["rate_hz"], "limits.state_timeout_s": 1.0}
-        made.exciter(**{**flat, "chirp.duration_s": 5.0, "chirp.start_frequency_hz": 0.5})
+        made.exciter(**{**flat, "chirp.duration_s": 3.0, "chirp.start_frequency_hz": 0.5})
         assert made.start_exciting() == ""
         assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
         truth = made.truth(joints=3)

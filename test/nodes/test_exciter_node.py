@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from rosbags.highlevel import AnyReader
 from flex_ident import __version__
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.excitation import ChirpSettings, chirp_reference
+from flex_ident.nodes import chirp_exciter
 from flex_ident.nodes.bag_file import RUN_FILE
 
 pytestmark = pytest.mark.ros
@@ -35,10 +37,18 @@ SHORT = {"chirp.duration_s": 3.0, "chirp.fade_s": 0.5}
 EXTRA = "/extra"
 
 
-def started_with(*arguments: str) -> tuple[int, str]:
-    """Exit status and standard error of an exciter that must not start."""
-    done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=60)
-    return done.returncode, done.stderr
+Started = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture
+def started_with(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Started:
+    """Exit status and standard error of an exciter that must not start, with those arguments."""
+
+    def started(*arguments: str) -> tuple[int, str]:
+        monkeypatch.setattr(sys, "argv", ["chirp_exciter", "--ros-args", *arguments])
+        return chirp_exciter.main(), capsys.readouterr().err
+
+    return started
 
 
 def publish_extra(made: Rig) -> list[bytes]:
@@ -56,7 +66,7 @@ def publish_extra(made: Rig) -> list[bytes]:
     return sent
 
 
-@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize("storage", ["mcap", pytest.param("sqlite3", marks=pytest.mark.campaign)])
 def test_a_recording_opens_everywhere_and_holds_what_was_sent(storage: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.simulated_joint()
@@ -134,7 +144,7 @@ def reference_is_exact(references: list[tuple[float, float, float]]) -> None:
 )  # fmt: skip
 def test_each_kind_of_command_moves_the_joint(robot: dict[str, Any], exciter: dict[str, Any], tmp_path: Path) -> None:
     with rig(tmp_path) as made:
-        made.simulated_joint(**robot)
+        made.simulated_joint(rate_hz=1000.0, **robot)
         made.exciter(auto_start=True, **SHORT, **exciter)
         assert made.ended("chirp_exciter", 40.0) == 0, made.output("chirp_exciter")
         recording = read_recording(made.bag(), SignalSelection(joint=JOINT, sensors="motor"))
@@ -183,7 +193,9 @@ def test_parameters_are_described_ranged_and_changed_while_nothing_moves(tmp_pat
         ({}, ("joint is empty",)),
     ],
 )
-def test_a_wrong_file_is_refused_in_one_line(given: dict[str, Any], texts: tuple[str, ...], tmp_path: Path) -> None:
+def test_a_wrong_file_is_refused_in_one_line(
+    given: dict[str, Any], texts: tuple[str, ...], tmp_path: Path, started_with: Started
+) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text(yaml.safe_dump({"/**": {"ros__parameters": given}}))
     status, said = started_with("--params-file", str(file))
@@ -200,7 +212,7 @@ def test_the_shipped_configurations_load() -> None:
     processes = [
         subprocess.Popen([*COMMAND, "--params-file", str(file)], stderr=subprocess.PIPE, text=True) for file in files
     ]
-    time.sleep(6.0)
+    time.sleep(4.0)
     for file, process in zip(files, processes, strict=True):
         running = process.poll() is None
         process.send_signal(signal.SIGINT)
@@ -212,7 +224,9 @@ def test_the_shipped_configurations_load() -> None:
 def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.exciter(**{"recording.topics": ["/nothing"], "chirp.duration_s": 3.0})
-        made.spin(5.0)
+        end = time.monotonic() + 20.0
+        while "still missing" not in made.output("chirp_exciter") and time.monotonic() < end:
+            made.spin(0.2)
         said = made.output("chirp_exciter")
         assert "idle: call /chirp_exciter/start" in said
         assert "still missing: no /robot_description has arrived" in said
@@ -235,7 +249,7 @@ def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) 
     assert "chirp_exciter: chirp_exciter" not in said
 
 
-def test_simulated_time_is_refused(tmp_path: Path) -> None:
+def test_simulated_time_is_refused(tmp_path: Path, started_with: Started) -> None:
     status, said = started_with("-p", "joint:=a", "-p", "use_sim_time:=true")
     assert status == 2
     assert "use_sim_time is true" in said

@@ -11,7 +11,10 @@ from rig import rig
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
 
-@pytest.mark.parametrize("name", FAULTS)
+CASES = [pytest.param(name, marks=[pytest.mark.campaign] if fault.campaign else []) for name, fault in FAULTS.items()]
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_fault(name: str, tmp_path: Path) -> None:
     fault = FAULTS[name]
     with rig(tmp_path) as made:

@@ -33,15 +33,18 @@ def exciting(made: Rig, **parameters: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "limit"), [("continuous", ""), ("revolute", '<limit effort="10" velocity="0"/>'), ("revolute", "")]
+    ("kind", "limit"),
+    [
+        ("continuous", ""),
+        pytest.param("revolute", '<limit effort="10" velocity="0"/>', marks=pytest.mark.campaign),
+        pytest.param("revolute", "", marks=pytest.mark.campaign),
+    ],
 )
 def test_a_description_without_limits_is_no_permission(kind: str, limit: str, tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.simulated_joint()
         made.exciter()
-        made.spin(1.0)
-        while "all that it needs is there" not in made.output("chirp_exciter"):
-            made.spin(0.2)
+        ready(made)
         publisher = made.node.create_publisher(String, "/robot_description", LATCHED)
         publisher.publish(description(kind, limit))
         made.spin(1.0)
@@ -56,6 +59,8 @@ def test_limits_that_come_in_mid_motion_hold_from_then_on_and_a_repetition_is_no
         heard: list[String] = []
         made.node.create_subscription(String, "/robot_description", heard.append, LATCHED)
         exciting(made, exit_when_done=False)
+        while not heard:
+            made.spin(0.1)
         publisher.publish(heard[0])
         made.spin(1.0)
         assert made.state["state"] == "exciting", made.state
@@ -127,7 +132,8 @@ def test_a_description_that_is_not_kept_is_no_hindrance_where_all_limits_are_giv
     given = {"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.require_urdf": False}
     with rig(tmp_path) as made:
         made.robot(description="volatile")
-        made.spin(3.0)  # so that the description has gone by
+        assert made.node_appears("robot")
+        made.spin(0.5)  # so that the description has gone by
         made.exciter(**given, **{"limits.state_timeout_s": 1.0})
         text = "not kept for those who come later"
         assert text in made.start_exciting(30.0, expected=text)

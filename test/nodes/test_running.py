@@ -93,8 +93,19 @@ sys.exit(s.main(["--ros-args", "-p", "rate_hz:=10.0", "-p", "speed:=0.01"]))
 """
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-@pytest.mark.parametrize("ignore", ["", "signal.signal(signal.SIGINT, signal.SIG_IGN)"], ids=["shell", "background"])
+IGNORED = "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+
+
+@pytest.mark.parametrize(
+    ("name", "ignore"),
+    [
+        ("SIGINT", ""),
+        ("SIGTERM", IGNORED),
+        pytest.param("SIGTERM", "", marks=pytest.mark.campaign),
+        pytest.param("SIGINT", IGNORED, marks=pytest.mark.campaign),
+    ],
+    ids=["shell", "background_term", "shell_term", "background"],
+)
 def test_a_signal_that_comes_while_the_node_is_made_ends_it(name: str, ignore: str) -> None:
     began = time.monotonic()
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
@@ -108,7 +119,7 @@ def test_a_signal_that_comes_while_the_node_is_made_ends_it(name: str, ignore: s
 
 
 @pytest.mark.parametrize("node", list(MAINS))
-@pytest.mark.parametrize("after_s", [0.15, 0.5])
+@pytest.mark.parametrize("after_s", [0.15, pytest.param(0.5, marks=pytest.mark.campaign)])
 def test_a_signal_that_comes_while_a_node_imports_ends_it(node: str, after_s: float) -> None:
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     process = subprocess.Popen(

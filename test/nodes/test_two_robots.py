@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -13,11 +14,13 @@ import pytest
 import yaml
 
 pytest.importorskip("rclpy", reason="needs rclpy")
+from rclpy.utilities import get_rmw_implementation_identifier
 from rig import CHIRP, JOINT, Rig, rig
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
 
 from flex_ident.nodes.bag_file import RUN_FILE
+from flex_ident.nodes.transports import without_shared_memory
 
 pytestmark = pytest.mark.ros
 SIDES = {"left": (0.1, 0.05), "right": (-0.3, 0.2)}
@@ -35,14 +38,15 @@ def robot_and_exciter(made: Rig, side: str) -> None:
     }  # fmt: skip
     script = str(Path(__file__).parent / "robot.py")
     parameters = {
-        **CHIRP, "joint": JOINT, "auto_start": True, "chirp.amplitude": amplitude, "chirp.duration_s": 4.0,
+        **CHIRP, "joint": JOINT, "auto_start": True, "chirp.amplitude": amplitude, "chirp.duration_s": 3.0,
         "limits.require_urdf": True, "limits.state_timeout_s": 1.0, "recording.directory": str(folder / "bags"),
     }  # fmt: skip
     given = [word for key, value in parameters.items() for word in ("-p", f"{key}:={json.dumps(value)}")]
     ours = [sys.executable, "-m", "flex_ident.nodes", "chirp_exciter", "--ros-args", "-r", f"__ns:=/{side}", *given]
     for name, command in ((f"{side}_robot", [sys.executable, script, json.dumps(robot)]), (f"{side}_exciter", ours)):
         with made.log(name).open("ab") as out:
-            made.processes[name] = subprocess.Popen(command, stdout=out, stderr=out)
+            apart = without_shared_memory(os.environ, get_rmw_implementation_identifier())
+            made.processes[name] = subprocess.Popen(command, stdout=out, stderr=out, env=apart)
 
 
 def test_two_robots_by_their_namespaces_alone(tmp_path: Path) -> None:
