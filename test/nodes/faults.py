@@ -247,7 +247,7 @@ FAULTS: dict[str, Fault] = {
     "kill -9 of the exciter, sqlite3": Fault(killed_exciter("sqlite3"), "", status=-9, cut=True, campaign=True),
     "kill -9 of the identifier": Fault(killed_identifier, "", status=0),
     "SIGINT in mid-chirp": Fault(signalled("chirp_exciter", signal.SIGINT), "stopped by SIGINT", campaign=True),
-    "SIGTERM in mid-chirp": Fault(signalled("chirp_exciter", signal.SIGTERM), "stopped by SIGTERM"),
+    "SIGTERM in mid-chirp": Fault(signalled("chirp_exciter", signal.SIGTERM), "stopped by SIGTERM", campaign=True),
     "the disk is full in mid-chirp": Fault(full_disk, "failed (File too large)", cut=True),
     "too little room on the disk": Fault(
         refused(**{"recording.least_free_mib": 1e6}), "MiB needed: make room", recorded=False

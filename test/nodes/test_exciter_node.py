@@ -130,8 +130,10 @@ def reference_is_exact(references: list[tuple[float, float, float]]) -> None:
 @pytest.mark.parametrize(
     ("robot", "exciter"),
     [
-        ({"controller.interface": "velocity", "controller.topic": "/velocities"},
-         {"command.interface": "velocity", "command.topic": "/velocities"}),
+        pytest.param(
+            {"controller.interface": "velocity", "controller.topic": "/velocities"},
+            {"command.interface": "velocity", "command.topic": "/velocities"}, marks=pytest.mark.campaign,
+        ),
         ({"controller.interface": "effort", "controller.topic": "/efforts", "other_joints": ["shoulder"],
           "controller.joints": ["shoulder", JOINT]},
          {"command.interface": "effort", "command.topic": "/efforts", "command.joints": ["shoulder", JOINT],

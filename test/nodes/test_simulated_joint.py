@@ -187,7 +187,9 @@ def test_trajectories_and_time_that_runs_faster(watcher: Watcher, start: Any) ->
     assert position[-1] == pytest.approx(0.1, abs=0.005)
 
 
-@pytest.mark.parametrize(("interface", "command"), [("velocity", 0.2), ("effort", 6.0)])
+@pytest.mark.parametrize(
+    ("interface", "command"), [("velocity", 0.2), pytest.param("effort", 6.0, marks=pytest.mark.campaign)]
+)
 def test_velocity_and_effort_commands(watcher: Watcher, start: Any, interface: str, command: float) -> None:
     start(MX=0.0, MY=0.0, FVm=20.0, FSm=1.0, FS=0.5, FV=0.0, **{"controller.interface": interface})
     assert abs(watcher.listen(0.3)[-1].velocity[0]) < 1e-3
