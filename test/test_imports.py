@@ -9,8 +9,8 @@ import flex_ident
 
 ROOT = Path(flex_ident.__file__).parent
 STAGES = (
-    "notices", "recording", "parameters", "filtering", "simulation", "effects", "regression", "likelihood", "screening",
-    "estimation", "gap",
+    "notices", "recording", "parameters", "judgement", "filtering", "simulation", "effects", "regression", "likelihood",
+    "screening", "estimation", "gap",
 )  # fmt: skip
 """The method, each stage above what it may import."""
 ASIDE = ("excitation", "virtual_joint")
@@ -21,19 +21,20 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "notices": (),
     "recording": ("notices",),
     "parameters": ("notices", "recording"),
+    "judgement": ("notices", "parameters"),
     "filtering": ("recording", "parameters"),
     "simulation": ("recording", "parameters", "filtering"),
     "effects": ("recording", "parameters", "simulation"),
-    "regression": ("notices", "recording", "parameters", "filtering"),
-    "likelihood": ("recording", "parameters", "filtering", "simulation", "effects", "regression"),
+    "regression": ("notices", "recording", "parameters", "judgement", "filtering"),
+    "likelihood": ("recording", "parameters", "judgement", "filtering", "simulation", "effects"),
     "screening": ("recording", "parameters", "filtering", "simulation", "effects", "likelihood"),
     "estimation": (
-        "notices", "recording", "parameters", "filtering", "simulation", "effects", "regression", "likelihood",
-        "screening",
+        "notices", "recording", "parameters", "judgement", "filtering", "simulation", "effects", "regression",
+        "likelihood", "screening",
     ),
     "gap": (
-        "notices", "recording", "parameters", "filtering", "effects", "regression", "likelihood", "screening",
-        "estimation",
+        "notices", "recording", "parameters", "judgement", "filtering", "effects", "regression", "likelihood",
+        "screening", "estimation",
     ),
     "excitation": (),
     "virtual_joint": ("recording", "parameters"),

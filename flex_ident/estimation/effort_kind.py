@@ -10,6 +10,8 @@ import numpy as np
 
 from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
+from flex_ident.judgement.rules import ESSENTIAL
+from flex_ident.judgement.thresholds import WEAK_PERCENT
 from flex_ident.likelihood.comparison import correlation_factor
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
@@ -28,7 +30,6 @@ from flex_ident.parameters.effort_kinds import (
     EffortKind,
 )  # fmt: skip
 from flex_ident.recording import Floats
-from flex_ident.regression.verdict import ESSENTIAL, WEAK_PERCENT
 from flex_ident.simulation.terms import GRAVITY
 
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))

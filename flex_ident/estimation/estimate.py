@@ -10,6 +10,7 @@ import numpy as np
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
 from flex_ident.filtering.band import excited_band_hz
+from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.minimising import bounded_minimum
@@ -21,7 +22,6 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
-from flex_ident.regression.verdict import REVERSED
 from flex_ident.screening.coupling import Coupling, coupling_of
 from flex_ident.screening.sketching import effects_in
 from flex_ident.screening.suspects import Suspect, suspects, widened

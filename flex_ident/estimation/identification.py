@@ -20,10 +20,12 @@ from flex_ident.estimation.estimate import (
     rough_values,
     started_values,
 )
+from flex_ident.estimation.evidence import evidence_of, is_identifiable
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.estimation.verdict import Evidence, identifiability_notices, is_identifiable, judged, moved_stds
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
+from flex_ident.judgement.rules import FIT_RULES, judged
+from flex_ident.judgement.thresholds import GOOD_RIGID, MOST_RIGID, RIGID_MARGIN, SURELY_RIGID
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
@@ -54,14 +56,6 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-GOOD_RIGID = 15.0
-"""Percent of the torque that a rigid joint may leave and still be worth trying where no spring was found."""
-RIGID_MARGIN = 1.1
-"""What a rigid joint leaves over what the spring leaves up to which the spring has not earned its place."""
-SURELY = 1.5
-"""What a first fit leaves over what counts from which a careful one, which saves a tenth or two, need not be made."""
-MOST_RIGID = 50.0
-"""Percent from which a rigid joint explains nothing either."""
 REVERSAL_ERROR = 0.003
 """Share of the dry friction that the three laws of its turning over leave open, one standard deviation: set from what
 some 60 clean recordings of `bench/coverage.py`, seeds 1, 3 and 4, had left without it (FSm up to 2 % off, FVm 1 %, Jm
@@ -238,7 +232,7 @@ def rigid_left_percent(
         problem = fit_problem(recording, sensors="motor", rigid=True, band_hz=band_hz)
         keys, priors = rigid_keys(problem, gravity=not prismatic), model_priors(problem)
         start = rough_values(problem, keys, started_values(problem, keys), priors)
-        if (left := _left_percent(problem, start)) > SURELY * enough > 0.0:
+        if (left := _left_percent(problem, start)) > SURELY_RIGID * enough > 0.0:
             return left
         return _left_percent(problem, base_fit(problem, keys, start, priors)[1].values)
     except DataError:
@@ -371,23 +365,12 @@ def identification_of(
 
     error, validation = relative(predicted, rows), relative(unseen, held)
     derived = {} if problem.rigid else modes_hz(fit.values)
-    verdict, objections = judged(
-        Evidence(
-            parameters=parameters,
-            error_percent=error,
-            validation_percent=validation,
-            measurement=measurement,
-            sample_time=recording.sample_time,
-            locked_motor_hz=derived.get("locked_motor_hz", 0.0),
-            band_hz=problem.band_hz,
-            left=estimate.left,
-            suspects=estimate.suspects,
-            moved=moved_stds(estimate),
-            coupling=estimate.coupling,
-            strained=estimate.strained,
-        )
-    )
-    notices = [*recording.notices, *objections, *identifiability_notices(parameters)]
+    evidence = evidence_of(
+        estimate, parameters, measurement, error_percent=error, validation_percent=validation,
+        locked_motor_hz=derived.get("locked_motor_hz", 0.0),
+    )  # fmt: skip
+    verdict, objections = judged(evidence, FIT_RULES)
+    notices = [*recording.notices, *objections]
     if estimate.kind is not None:
         notices = [*estimate.kind.notices, *notices]
         parameters = tuple(sorted((*estimate.kind.absent, *parameters), key=_paper_order))

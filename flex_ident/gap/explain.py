@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
+from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
-from flex_ident.estimation.verdict import is_identifiable
 from flex_ident.filtering import first_mode
 from flex_ident.gap.base import fitted_base, search_start
 from flex_ident.gap.explanation import (
@@ -27,6 +27,7 @@ from flex_ident.gap.findings import finding_of
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Progress, Search, searched
 from flex_ident.gap.where import Variable, profile, regions, variables
+from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem, values_of
 from flex_ident.likelihood.remainder import remainder
@@ -34,7 +35,6 @@ from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification, Sensors
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
-from flex_ident.regression.verdict import ESSENTIAL
 from flex_ident.screening.sketching import effects_in
 
 STIFFEST = 0.75

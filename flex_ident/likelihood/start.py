@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from flex_ident.errors import ExcitationError
+from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.recording import Floats
-from flex_ident.regression.verdict import REVERSED
 from flex_ident.simulation.batch import LANES
 from flex_ident.simulation.response import LinkMotion, direction, link_motions
 from flex_ident.simulation.terms import GRAVITY, Term, no_terms

@@ -14,6 +14,9 @@ from flex_ident.errors import ExcitationError, SignalError, UsageError
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.filtering.design import FilterDesign, filter_design
 from flex_ident.filtering.frequency_response import FirstMode, first_mode
+from flex_ident.judgement.evidence import LinearEvidence
+from flex_ident.judgement.rules import LINEAR_RULES, judged
+from flex_ident.judgement.thresholds import EFFECT_LIMIT
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
@@ -34,7 +37,6 @@ from flex_ident.regression.inversion import PHYSICAL, table_3, weighted_inversio
 from flex_ident.regression.least_squares import LinearFit, least_squares
 from flex_ident.regression.models import Equations, both_positions, motor_only, rigid
 from flex_ident.regression.observation import Observation, clean_observation, paper_observation
-from flex_ident.regression.verdict import judged
 
 Rows = NDArray[np.bool_]
 BLOCKS = 10
@@ -42,8 +44,6 @@ HELD_OUT = (2, 5, 8)
 """Blocks of the recording, of BLOCKS, that the validation fit does not see."""
 CORRELATION_S = 0.5
 """Time over which residuals are allowed to be correlated when the weighted method states its uncertainty, s."""
-EFFECT_LIMIT = 0.01
-"""Share of the torque's rms that an uncertainty may move for a parameter near zero to count as known."""
 MEASUREMENT = {"torque_delay": "s", "link_zero": "rad", "link_skew": "s"}
 
 
@@ -108,13 +108,12 @@ def identify_linear(
         relative(unseen, held),
     )
     measurement = _measurement(fit)
-    verdict, notices = judged(
-        parameters, quality, derived, measurement,
-        possible=possible, opposed=_reversed(fit, kind), sample_time=recording.sample_time,
-        undetermined=fit.undetermined,
-        required_rate_hz=design.required_rate_hz if method == "paper" else 0.0,
-        sample_rate_hz=recording.sample_rate_hz,
+    evidence = LinearEvidence(
+        parameters, quality.relative_error_percent, quality.validation_relative_error_percent, measurement,
+        recording.sample_time, possible=possible, opposed=_reversed(fit, kind), undetermined=fit.undetermined,
+        x5_stds=derived.get("x5_sigmas"), required_rate_hz=design.required_rate_hz if method == "paper" else 0.0,
     )  # fmt: skip
+    verdict, notices = judged(evidence, LINEAR_RULES)
     keys = RIGID_KEYS if rigid else FLEXIBLE_KEYS
     model = {p.key: p.value for p in parameters if p.key in keys and math.isfinite(p.value)}
     return Identification(

@@ -6,31 +6,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from flex_ident.judgement.priorities import DOUBTS, EXPERIMENTS, REFUSALS, SIGNALS_FIRST
+from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification
-from flex_ident.regression.verdict import ESSENTIAL, EXPERIMENTS
 from flex_ident.report.sentences import experiment_for, sentence
 
 UNRELATED_PERCENT = 90.0
 """A model that leaves this share of the torque describes nothing of it."""
 HALF_PERCENT = 50.0
-SIGNALS_FIRST = (
-    Code.JOINT_STILL, Code.EFFORT_UNSIGNED, Code.EFFORT_REVERSED, Code.EFFORT_NOT_SI, Code.POSITION_NOT_SI,
-)  # fmt: skip
-"""Codes that say that a signal is not what it was taken for: all else follows from it."""
-DOUBTS = (
-    Code.OTHER_JOINTS_EXPLAIN, Code.NO_MODE_IN_BAND, Code.MODE_OUTSIDE_BAND, Code.SINGLE_TONE, Code.CONSTANT_SPEED,
-    Code.STICKING, Code.EFFORT_KIND_UNCLEAR, Code.LOW_EXCITATION, Code.LOW_SAMPLING_RATE, Code.SAMPLED_SLOWLY,
-    Code.SIMPLIFIED_MODEL, Code.X5_INCONSISTENT, Code.STARTS_DISAGREE,
-    Code.EFFORT_FROZEN, Code.HELD_SAMPLES, Code.POSITION_REZEROED, Code.TORQUE_DELAY, Code.LINK_SKEW,
-    Code.CHAIN_AT_ITS_END,
-    Code.VALIDATION_GAP, Code.MODEL_MISMATCH, Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.NOISE_UNKNOWN,
-)  # fmt: skip
-"""Codes for which a result is doubtful, the most telling first."""
-
-REFUSALS = (Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL)
-"""Codes for which a result is rejected, where nothing else stands out."""
-
 Kind = Literal["signals", "action", "warning"]
 
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from flex_ident.judgement.priorities import EXPERIMENTS, REVERSED
 from flex_ident.notices import Code, Notice
-from flex_ident.regression.verdict import EXPERIMENTS, REVERSED
 
 Template = str | Callable[[Notice], str]
 """A format string over the notice's numbers, texts and `subject`, or a function where the words depend on them."""
