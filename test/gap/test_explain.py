@@ -68,6 +68,7 @@ def test_damping_is_found_that_a_skew_of_the_encoders_stands_in_for() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_gravity_left_out_by_hand_is_found_again() -> None:
     found = explained(PAPER_JOINT, sensors="motor+link", without=("MX", "MY"))
     assert found.findings[0].effect == "gravity"

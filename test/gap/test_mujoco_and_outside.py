@@ -86,6 +86,7 @@ def test_cubic_stiffness_is_named_from_the_motor_alone() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_friction_that_jumps_at_an_angle_is_nobodys_effect_and_the_region_is_told() -> None:
     plain = recorded(link=False)
     velocity = np.gradient(plain.motor_position) * plain.sample_rate_hz
