@@ -47,10 +47,10 @@ CLEARLY = 20.0
 FAR = 1000.0
 """The same, to first order, from which gravity is in the effort for certain: -1e5 and less for joints that bear any
 to speak of; a fit that is far off for want of it showed -42."""
-MOST_OF_IT, MOST_WITH_LINK = 0.8, 0.3
+MOST_WITH_LINK = 0.3
 """Share of what the worse model leaves above the noise that the better one must explain. A link encoder shows gravity
-to first order, and its own rounding as well; the motor alone to second order, where a gravity that pulls the other way
-may do half as well."""
+to first order, and its own rounding as well; the motor alone to second order, where backlash has passed for it: there
+it is asked for."""
 GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
 """First moments times g that are tried, over the stiffness of the joint."""
 GRAVITY_ANGLES = 8
@@ -238,8 +238,8 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
             tried[0] = (gain, own, found)
     alike = [f for g, _, f in tried if g.size > gain.size - CLEARLY]
     left = remainder(own, found)
-    enough = MOST_OF_IT if problem.link is None else MOST_WITH_LINK
-    explains = gain.share > enough and not left.structured(left.gap)
+    known_noise = left.evidence != "none" and not left.structured(left.gap)
+    explains = problem.link is not None and gain.share > MOST_WITH_LINK and known_noise
     likely = math.hypot(*(found.values[k] for k in GRAVITY_KEYS)) < 3.0 * usual
     known = uncertainty_of(found, problem.rate_hz)
     alone = all(abs(f.values[k] - found.values[k]) < SEEN * known.std(k) for f in alike for k in keys)
