@@ -283,7 +283,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
     found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
-    if ends:  # something else is at work, and nobody knows what it does to the parameters
+    if ends and not left.structured(left.gap):  # something is at work, and nothing shows what it does to the parameters
         joined = replace(joined, covariance=joined.covariance + (STRAIN**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)
     return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, ends, coupling)
