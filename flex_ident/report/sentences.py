@@ -56,6 +56,21 @@ def _low_excitation(n: Notice) -> str:
     return f"{n.subject} is known to ± {2.0 * percent:.0f} % (2σ) only: {experiment_for(n.subject)}."
 
 
+CHAIN = {
+    "torque_delay": "the delay of the torque", "torque_averaging": "the averaging of the torque within a sample",
+    "effort_lag": "the low-pass in the effort", "reversal_lead": "the time by which friction turns over early",
+    "link_skew": "the skew of the link encoder",
+}  # fmt: skip
+
+
+def _chain_at_its_end(n: Notice) -> str:
+    return (
+        f"{CHAIN.get(n.subject, n.subject)} ({n.subject}) is estimated at {n.numbers['value']:.3g}, the end of what it "
+        "can be: it stands in for something else, such as torque from above half the sampling rate that folds back. "
+        "Record at a higher rate, or with a chirp rather than steps."
+    )
+
+
 def _late(what: str) -> Template:
     def words(n: Notice) -> str:
         delay, sample = n.numbers["delay_s"], n.numbers["sample_s"]
@@ -318,11 +333,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
-    Code.CHAIN_AT_ITS_END: (
-        "{subject} is estimated at {value:.3g}, the end of what it can be: it stands in for something else, such as "
-        "torque from above half the sampling rate that folds back. Record at a higher rate, or with a chirp rather "
-        "than steps."
-    ),
+    Code.CHAIN_AT_ITS_END: _chain_at_its_end,
     Code.TORQUE_DELAY: _late("torque"),
     Code.LINK_SKEW: _late("link position"),
     Code.TORQUE_DELAY_BELOW_A_SAMPLE: _below_a_sample("torque"),

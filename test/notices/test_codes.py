@@ -97,6 +97,7 @@ FIELDS: dict[Code, dict[str, str]] = {
     Code.TORQUE_DELAY: {"delay_s": "f", "sample_s": "f"},
     Code.LINK_SKEW: {"delay_s": "f", "sample_s": "f"},
     Code.OTHER_JOINTS_MOVE: {"count": "f", "joints": "s"},
+    Code.CHAIN_AT_ITS_END: {"value": "f"},
     Code.MOTOR_EQUATION: dict.fromkeys(("K", "std", "left_percent", "least_skew_s"), "f"),
     Code.BASE_NOT_DETERMINED: {"effects": "s"},
 }
