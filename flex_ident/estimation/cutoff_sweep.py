@@ -8,6 +8,7 @@ import numpy as np
 
 from flex_ident.errors import DataError
 from flex_ident.estimation.estimate import Estimate
+from flex_ident.estimation.thresholds import DRIFT
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import SimulationFit
 from flex_ident.likelihood.nuisances import measurement_priors
@@ -20,8 +21,6 @@ FACTORS = (0.5, 0.7, 0.85, 1.2)
 """Cutoffs tried beside the one that was used, relative to it."""
 SHOWN = ("Jm", "K", "JL", "FVm", "FV", "FSm")
 ITERATIONS = 4
-DRIFT = 4.0
-"""Standard deviations between cutoffs from which an estimate counts as depending on the filter."""
 
 
 def swept_cutoffs(

@@ -10,6 +10,17 @@ import numpy as np
 
 from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
+from flex_ident.estimation.thresholds import (
+    AS_LIKELY,
+    CLEARLY,
+    FAR,
+    MOST_WITH_LINK,
+    NO_FRICTION,
+    NO_INERTIA,
+    NO_TORQUE,
+    PENDULUM_M,
+    SEEN,
+)
 from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.judgement.thresholds import WEAK_PERCENT
 from flex_ident.likelihood.comparison import correlation_factor
@@ -34,32 +45,9 @@ from flex_ident.simulation.terms import GRAVITY
 
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((12, 1e-4), (10, 1e-6))
-NO_INERTIA = 0.05
-"""Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have 0.2 to
-5, and a direct drive without a rotor to speak of has 0.3."""
-NO_FRICTION, NO_TORQUE = 0.1, 0.01
-"""Of the link's friction, or of the torque, rms: the motor's friction under which there is none."""
-AS_LIKELY = 40.0
-"""Twice the log-likelihood, in independent samples, that leaving the motor's side out may cost: three keys of a model
-with the method's own error at reversals."""
-CLEARLY = 20.0
-"""Twice the log-likelihood, in independent samples, from which one kind of effort wins over another: 1 in 20,000."""
-FAR = 1000.0
-"""The same, to first order, from which gravity is in the effort for certain: -1e5 and less for joints that bear any
-to speak of; a fit that is far off for want of it showed -42."""
-MOST_WITH_LINK = 0.3
-"""Share of what the worse model leaves above the noise that the better one must explain. A link encoder shows gravity
-to first order, and its own rounding as well; the motor alone to second order, where backlash has passed for it: there
-it is asked for."""
 GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
 """First moments times g that are tried, over the stiffness of the joint."""
 GRAVITY_ANGLES = 8
-SEEN = 4.0
-"""Standard deviations from which gravity is seen in the mode."""
-PENDULUM_M = 0.1
-"""Length of the simple pendulum that swings as the link does, JL over its first moment: one standard deviation of the
-first moment over JL is the inverse of it. No link's is shorter than twice its radius of gyration, which for what robots
-move is seldom under 5 cm. Without a bound a spring can pass for an absurd weight."""
 
 
 @dataclass(frozen=True)

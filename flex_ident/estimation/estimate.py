@@ -9,6 +9,7 @@ import numpy as np
 
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
+from flex_ident.estimation.thresholds import STILL, STRAIN
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
@@ -29,9 +30,6 @@ from flex_ident.screening.suspects import Suspect, suspects, widened
 Progress = Callable[[float], None]
 VALIDATION_BLOCK_S = 1.0
 VALIDATION_EVERY = 4
-STRAIN = 4.0
-"""Factor on every standard deviation where a nuisance is at its end: a PRBS commanded and sampled at 500 Hz, whose
-torque folds back from above half the rate, moved K by 9 of them."""
 CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
@@ -41,9 +39,6 @@ LEAST_PERIODS, LARGEST_BAND = 8.0, 0.4
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
 """Jacobians, and share of the cost saved at which a round ends."""
-STILL = 0.05
-"""Standard deviations by which a round that takes the noise anew may move the parameters for the last: a tenth is
-promised for data that are changed in their last digits."""
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
 """First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
 STATE_STEP, STATE_ITERATIONS = 1e-4, 10

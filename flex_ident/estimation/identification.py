@@ -22,6 +22,7 @@ from flex_ident.estimation.estimate import (
 )
 from flex_ident.estimation.evidence import evidence_of, is_identifiable
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.estimation.thresholds import FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR, SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
@@ -56,17 +57,6 @@ from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
-REVERSAL_ERROR = 0.003
-"""Share of the dry friction that the three laws of its turning over leave open, one standard deviation: set from what
-some 60 clean recordings of `bench/coverage.py`, seeds 1, 3 and 4, had left without it (FSm up to 2 % off, FVm 1 %, Jm
-0.4 % of the dry friction over the acceleration)."""
-LINK_REVERSAL_ERROR = 0.0015
-"""The same of the link, whose dry friction turns over at once in the simulation: FV and FS of 35 clean recordings of
-seed 3 were up to 5 standard deviations off where their intervals were narrower than that."""
-FOLDING = 5.0
-"""Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
-SENSOR_LEFT = 0.1
-"""Share of the torque's energy that the start of a joint sensor's fit may leave where no motor fits."""
 REPORTED = (
     "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "reversal_speed", "presliding",
     "reversal_lead",

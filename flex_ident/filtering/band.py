@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage, signal
 
+from flex_ident.filtering.thresholds import (
+    ENERGY_SHARE,
+    LINE_COHERENCE,
+    LINE_POWER,
+    MIN_COHERENCE,
+    RESOLVED,
+    ROUNDED_SHARE,
+)
 from flex_ident.recording import Floats, Recording
 
-MIN_COHERENCE = 0.6
-ENERGY_SHARE = 0.995
-ROUNDED_SHARE = 0.9
-"""Share of steps that are whole multiples of the smallest one from which a position counts as rounded."""
-LINE_COHERENCE, LINE_POWER = 0.7, 30.0
-"""Coherence of a line of a multisine, and its power over that of the torque around it."""
 AROUND = 9
 """Bins over which coherence is smoothed, and around which a line is looked for."""
-RESOLVED = 30.0
-"""Power of the motion over that of the rounding: acceleration is then known to a fifth."""
 
 
 def excited_band_hz(recording: Recording) -> float:

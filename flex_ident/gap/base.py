@@ -9,6 +9,7 @@ from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.thresholds import CERTAIN
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.nuisances import model_priors
@@ -17,8 +18,6 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
 from flex_ident.screening.sketching import effects_in
 
-CERTAIN = 3.0
-"""Standard deviations from which a constant torque is there, and is an effect to be found."""
 SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""
 

@@ -26,6 +26,7 @@ from flex_ident.gap.final import gap_of, judged_again
 from flex_ident.gap.findings import finding_of
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Progress, Search, searched
+from flex_ident.gap.thresholds import AT_THE_LIMIT, NOT_A_MODEL, VISIBLE
 from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.likelihood.fit import Fit
@@ -39,12 +40,6 @@ from flex_ident.screening.sketching import effects_in
 
 STIFFEST = 0.75
 """Fastest mode that is integrated finely, in excited bands: hundreds of simulations are made."""
-VISIBLE = 1.03
-"""Gap over the noise floor from which it makes sense to say where it lies."""
-NOT_A_MODEL = 0.95
-"""Gap of the base over the torque's standard deviation from which the recording is not of such a joint."""
-AT_THE_LIMIT = 0.99
-"""Of a sample: a delay or skew that the fit would have larger."""
 BELOW_A_SAMPLE = {"torque_delay": Code.TORQUE_DELAY_BELOW_A_SAMPLE, "link_skew": Code.LINK_SKEW_BELOW_A_SAMPLE}
 LEAST_S, LEAST_HELD_S = 4.0, 0.8
 """Usable motion, s, and of it the part kept for validation, under which nothing can be looked for."""

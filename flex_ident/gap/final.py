@@ -13,7 +13,7 @@ from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Search, rebuilt
-from flex_ident.gap.trials import SIGNIFICANT
+from flex_ident.gap.thresholds import SIGNIFICANT
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit

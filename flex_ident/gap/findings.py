@@ -14,11 +14,9 @@ from flex_ident.estimation.identification import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
 from flex_ident.gap.search import Accepted, Search
+from flex_ident.gap.thresholds import PERIODS
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_parts, key_text
-
-PERIODS = 2.0
-"""Periods within the range of motion from which an effect can be called periodic."""
 
 
 def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Estimate) -> Finding:

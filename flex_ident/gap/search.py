@@ -11,30 +11,20 @@ from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.thresholds import ENOUGH, MIMICKED, MOST_OF_IT, NEAR_TIE, QUIET, WORTH_A_TRIAL
 from flex_ident.gap.trials import Trial, closed_share, compared, excess_of, final_polish, own_error_of, tried, without
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.screening.candidates import Candidate, candidates
-from flex_ident.screening.scoring import VISIBLE, Score, scores
+from flex_ident.screening.scoring import Score, scores
 from flex_ident.screening.sketching import best_start, effects_in, sketched, starts_of
+from flex_ident.screening.thresholds import VISIBLE
 
 Progress = Callable[[float, str], None]
 MOST_EFFECTS = 4
 MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
 """Sketches that are finished, and how many while something speaks against each."""
-WORTH_A_TRIAL = 12.0
-"""Twice the log-likelihood that screening must promise."""
-MIMICKED = 0.03
-"""Share of an effect's signature beyond the model's own parameters under which its linear estimate says nothing."""
-QUIET = 0.3
-"""Excess over the noise under which a second mode is not searched for deeply."""
-ENOUGH = 0.9
-"""Share of the closable gap from which what closed it is not doubted by a second mode."""
-MOST_OF_IT = 0.67
-"""Share of the closable gap that all accepted effects must close together to be called its causes."""
-NEAR_TIE = 6.0
-"""Difference of the BIC under which two effects cannot be told apart."""
 
 
 RUNS_AWAY = "its simulation runs away, whatever shape it starts from"

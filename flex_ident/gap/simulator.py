@@ -13,11 +13,10 @@ from flex_ident.gap.explain import explain
 from flex_ident.gap.explanation import GapExplanation
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Progress
+from flex_ident.gap.thresholds import OFF_SIGMAS
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Recording
-
-OFF_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,16 @@ import numpy as np
 
 from flex_ident.effects import CATALOGUE, effect_named, parameter_named
 from flex_ident.errors import ExcitationError
+from flex_ident.gap.thresholds import (
+    EVIDENCE,
+    HELD_OUT_T,
+    LEAST_PERIODS,
+    OWN_ERROR,
+    SIGNIFICANT,
+    SIGNIFICANT_SHAPE,
+    SMALLEST_SHARE,
+    WORTH_ANOTHER,
+)
 from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_out_comparison, log_likelihood_gain
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
@@ -18,26 +28,10 @@ from flex_ident.parameters.keys import effect_in, key_text
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import extended_solver
 
-EVIDENCE = 10.0
-"""Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
-HELD_OUT_T = ((0.8, 1.1), (0.5, 1.8), (0.0, 2.5))
-"""By the share of the closable cost on left-out data that is saved, the t over blocks that is needed: what saves most
-of it may lie all in a resonance or where the torque saturates, but not in one block."""
-LEAST_PERIODS = 0.9
-"""Of what is periodic in the motor's angle, within the range of motion: a part of a period is gravity or a spring."""
-SMALLEST_SHARE = 0.2
-"""Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
-SIGNIFICANT = 3.0
-SIGNIFICANT_SHAPE = 2.0
-"""Standard deviations to which its shape must be known: hysteresis over no deflection at all is dry friction."""
-OWN_ERROR = 1e-3
-"""Change of the prediction, relative, that the method's own error may make."""
 ITERATIONS = 10
 ROUNDS = 6
 """Rounds of a refit that has a long way to go, the noise taken anew in each: a spring that stiffens makes its resonance
 jump, and weights that expect the first residual hold it back."""
-WORTH_ANOTHER = 0.8
-"""Share of the cost that such a round must leave at most for another to follow."""
 RACE = ((1, 4), (2, 2), (4, 1))
 """Rounds of the race among shapes of one effect: iterations, and how many go on."""
 

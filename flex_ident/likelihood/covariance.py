@@ -7,15 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.thresholds import WEAK_SINGULAR_VALUE
 from flex_ident.recording import Floats
 
 LAG_S = 1.0
 """Lag up to which scores are taken as correlated, s."""
 BLOCKS = 24
 """Stretches of time over which the scores' agreement is tested."""
-WEAK_SINGULAR_VALUE = 1e-6
-"""Relative to the largest: what differences cannot tell from zero. A link encoder may be 1e5 times as precise as a
-torque, and yet the torque alone tells the scale of all forces."""
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,12 @@ from scipy import linalg, ndimage
 
 from flex_ident.filtering.spectral import lowpass_response
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.thresholds import ABOVE, HIGHEST, QUANTILE, QUIET_RATIO, WIDE_ENOUGH
 from flex_ident.likelihood.whitening import FLOOR, Whitening
 from flex_ident.recording import Floats
 from flex_ident.recording.noise import resolution
 
 SEGMENT_S = 1.0
-QUANTILE = 0.3
-"""Model error comes and goes with the motion, noise stays: the lower part of the segments shows the noise."""
 
 
 def noise_spectrum(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) -> Floats:
@@ -67,14 +66,6 @@ def noise_floor(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) -> 
     return math.sqrt(float(np.mean(np.fft.irfft(spectrum, 2 * (spectrum.size - 1))[:1])))
 
 
-ABOVE = (1.3, 3.0)
-"""Where the noise above the motion is taken, in cutoffs of the comparison's low-pass."""
-WIDE_ENOUGH = 1.2
-"""Upper over lower end of that range from which it holds enough to judge by."""
-QUIET_RATIO = 1.5
-"""Steady part of the torque over that of what the model leaves up to which both are taken from cells without motion."""
-
-
 def noise_above_band(problem: FitProblem) -> float | None:
     """Root mean square, N m, of white noise in the compared torque that the recorded torque shows above the motion.
 
@@ -91,10 +82,6 @@ def noise_above_band(problem: FitProblem) -> float | None:
     level = float(np.median(np.quantile(power[:, inside], QUANTILE, axis=0))) / -math.log(1.0 - QUANTILE)
     passed = lowpass_response(np.linspace(0.0, 0.5 * rate, 4000), problem.cutoff_hz) ** 2
     return math.sqrt(level * float(np.mean(passed)))
-
-
-HIGHEST = (0.3, 0.48)
-"""Where the noise of a position is taken, in sampling rates: far above what a joint follows."""
 
 
 def position_noise(problem: FitProblem) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from flex_ident.effects import effect_named
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.thresholds import AT_ITS_END, PHYSICAL_AVERAGING
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.prior import Prior
 
@@ -59,8 +60,6 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
 
 CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew")
 """Nuisances that have an end beyond which there is something else."""
-AT_ITS_END, PHYSICAL_AVERAGING = 0.99, 2.0 / 24.0
-"""Share of its range from which a nuisance is at its end; twice what a mean or a hold over a period can make."""
 
 
 def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[str, ...]:

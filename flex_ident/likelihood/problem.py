@@ -17,6 +17,7 @@ from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
 from flex_ident.likelihood.links import LinkResponses, usable_cores
+from flex_ident.likelihood.thresholds import FEWEST, HARDLY, MOST_SETTLING
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
@@ -34,14 +35,8 @@ DRIVE_MARGIN = 3.0
 REMEMBERED = 6
 """Ways of friction to turn over that are kept."""
 MAX_SUBSTEPS = 8
-FEWEST = 60
-"""Usable samples of the decimated clock without which nothing is fitted."""
-HARDLY = 0.5
-"""Share of the time in motion under which standstill is why too little is left."""
 SETTLING_S = 1.5
 """Time after a gap in which the simulated link is not compared, s."""
-MOST_SETTLING = 0.4
-"""Share of a recording that may be lost to that."""
 
 
 @dataclass(frozen=True)

@@ -15,21 +15,16 @@ from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor
 from flex_ident.likelihood.repeats import Repeats, repeated
 from flex_ident.likelihood.reversals import stuck
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.likelihood.thresholds import (
+    LEAST_KNOWN,
+    OWN_ERROR,
+    OWN_ERROR_AT_REVERSALS,
+    OWN_ERROR_RINGING,
+    STANDSTILL,
+    STRUCTURE,
+)
 from flex_ident.recording import Floats
 
-OWN_ERROR = 0.003
-"""Share of the torque's rms under which what is left is the method's own error (integration, filters), not physics."""
-OWN_ERROR_AT_REVERSALS = 0.05
-"""Share of the Coulomb friction that a clean joint leaves at its reversals: the method's own error there."""
-OWN_ERROR_RINGING = 0.15
-"""Share of the link's Coulomb friction that its reversals leave in a torque measured behind the gear: they ring at the
-locked-motor frequency, and no friction of a motor is there to hide it. Of a plant whose friction is tanh(v / 1e-3)."""
-STANDSTILL = 0.05
-"""Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
-STRUCTURE = 1.2
-"""Gap over the noise floor from which what is left counts as structure."""
-LEAST_KNOWN = 0.2
-"""Share of the samples that must be left when those at which the motor sticks are not counted."""
 Evidence = Literal["repeats", "above_band", "quiet", "none"]
 """What tells the noise from the gap: what does not repeat, what lies above the motion, quiet cells, nothing."""
 

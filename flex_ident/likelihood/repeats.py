@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.thresholds import ALIKE
 from flex_ident.recording import Floats
 
 SHORTEST_S = 3.0
-ALIKE = 0.995
-"""Correlation of the motor position with itself one period later from which motion counts as repeated."""
 
 
 @dataclass(frozen=True)

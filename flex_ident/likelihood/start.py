@@ -15,6 +15,7 @@ import numpy as np
 from flex_ident.errors import ExcitationError
 from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.problem import Bools, FitProblem
+from flex_ident.likelihood.thresholds import POOR
 from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES
 from flex_ident.simulation.response import LinkMotion, direction, link_motions
@@ -23,8 +24,6 @@ from flex_ident.simulation.terms import GRAVITY, Term, no_terms
 Shape = Mapping[Term, float]
 DAMPING_RATIOS = (0.02, 0.15)
 POINTS = 28
-POOR = 0.25
-"""Share of the torque's energy that a start may leave before the opposite sign is tried."""
 
 
 def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, motor: bool = True) -> dict[str, float]:

@@ -13,6 +13,7 @@ from flex_ident.likelihood.fit import MEMORY_S, Fit, Prior, SimulationFit
 from flex_ident.likelihood.noise import encoder_noise, noise_whitening
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.reversals import Mark, ReversalWeights, dry_friction, friction_marks
+from flex_ident.likelihood.thresholds import LOUDER
 from flex_ident.likelihood.whitening import Whitening
 from flex_ident.recording import Floats
 
@@ -21,9 +22,6 @@ STATE = ("initial_deflection", "initial_velocity")
 """The link's state at the start."""
 LOCAL_S = 2.0
 """Stretch over which the size of what is left is taken, s."""
-LOUDER = 1.25
-"""Power of what is left over that of the noise from which a stretch counts as worse than noise: chance alone makes 1.2
-of the mean of two seconds of whitened samples at 100 Hz."""
 
 
 class NoiseWhitening(Whitening):

@@ -9,12 +9,9 @@ from numpy.typing import NDArray
 
 from flex_ident.recording import Floats
 from flex_ident.regression.least_squares import LinearFit, least_squares
+from flex_ident.regression.thresholds import BIC_GAIN, CANCELLED, CERTAIN
 
 KEYS = ("MX", "MY")
-BIC_GAIN = 10.0
-CANCELLED = 0.1
-"""Share of gravity's mean torque that a constant leaves of it, from below which the two only hold each other up."""
-CERTAIN = 3.0
 
 
 def shows_gravity(matrix: Floats, target: Floats, names: tuple[str, ...], held: NDArray[np.bool_], lag: int) -> bool:

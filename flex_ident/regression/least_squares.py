@@ -11,11 +11,10 @@ from scipy import linalg
 
 from flex_ident.errors import ExcitationError
 from flex_ident.recording import Floats
+from flex_ident.regression.thresholds import STRONG_SHARE
 
 WEAK = 1e-8
 """Singular values below this share of the largest, columns scaled, count as zero."""
-STRONG_SHARE = 0.2
-"""Share of a small singular vector from which a column is named as part of the undetermined combination."""
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from flex_ident.parameters import UNITS, Parameter
 from flex_ident.recording import Recording
 from flex_ident.regression.least_squares import least_squares
 from flex_ident.regression.observation import clean_observation
+from flex_ident.regression.thresholds import DETERMINED
 
 HIGHEST_BAND_HZ = 10.0
 """The deflection follows the torque quasi-statically; above, encoder skew and noise dominate it."""
 CORRELATION_S = 0.2
-DETERMINED = 0.2
 
 
 @dataclass(frozen=True)

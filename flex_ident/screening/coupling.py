@@ -15,11 +15,8 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
 from flex_ident.screening.scoring import orthonormal
+from flex_ident.screening.thresholds import BY_CHANCE, LEAST_SHARE
 
-BY_CHANCE = 1e-4
-"""Probability, of Fisher's test, under which what is in common is no chance."""
-LEAST_SHARE = 0.05
-"""Share of what is left, by energy, that the other joints' motion must explain where it was not fitted."""
 FOLD_S = 1.0
 """Length of the parts left out in turn, s: of every five, one."""
 MOST_JOINTS = 12

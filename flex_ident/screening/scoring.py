@@ -15,13 +15,8 @@ from flex_ident.likelihood.problem import terms_of
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
 from flex_ident.screening.linear_probe import transmission_error_change
+from flex_ident.screening.thresholds import IMITATED
 from flex_ident.simulation.terms import Term
-
-VISIBLE = 10.0
-"""Size of an effect's mark on the whitened residual, beyond what the model itself can do, from which it is testable."""
-
-IMITATED = 1e-3
-"""Share of a signature beyond the model's own parameters under which what is left of it is rounding, and no size."""
 
 
 @dataclass(frozen=True)

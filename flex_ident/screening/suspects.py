@@ -22,20 +22,15 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.linear_probe import mount_change
-from flex_ident.screening.scoring import IMITATED, Score, following_of, orthonormal, projected, scores
+from flex_ident.screening.scoring import Score, following_of, orthonormal, projected, scores
 from flex_ident.screening.sketching import sketched
+from flex_ident.screening.thresholds import IMITATED, LEAST_WEIGHT, NO_CAUSE, STRONG
 
 MOUNT = "mount_mode"
 MOUNT_RATIOS = (0.01, 0.03, 0.1)
 MOUNT_POINTS = 24
 MOUNT_LOWEST_HZ = 3.0
-STRONG = 40.0
-"""Gain beyond its price from which an effect is worth a rough refit, and speaks against the model."""
 MOST_SKETCHES = 4
-LEAST_WEIGHT = 0.02
-NO_CAUSE = 2.0
-"""Factor on what structure does to the intervals where no suspect accounts for half of it: a base that gives way, the
-law of friction in MuJoCo and a drive's own dynamics moved Jm, K and JL by up to that much more."""
 
 
 @dataclass(frozen=True)

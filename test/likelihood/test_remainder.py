@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 from made_up import RATE, TIME, problem, reduced, white
 
-from flex_ident.likelihood.remainder import (
-    OWN_ERROR,
-    OWN_ERROR_AT_REVERSALS,
-    STANDSTILL,
-    STRUCTURE,
-    Remainder,
-    remainder,
-)
+from flex_ident.likelihood.remainder import Remainder, remainder
+from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STANDSTILL, STRUCTURE
 
 MOTION = 50.0 * white(7)
 """A torque in which every cell of time and frequency holds motion, above the band too where it is not filtered."""

@@ -16,15 +16,8 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Recording
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.scoring import following_of, orthonormal, projected, scores
-from flex_ident.screening.suspects import (
-    NO_CAUSE,
-    STRONG,
-    Suspect,
-    named_shift,
-    suspects,
-    unexplained_gap,
-    widened,
-)
+from flex_ident.screening.suspects import Suspect, named_shift, suspects, unexplained_gap, widened
+from flex_ident.screening.thresholds import NO_CAUSE, STRONG
 
 Floats = NDArray[np.float64]
 ROWS, KEYS = 400, ("a", "b", "c")

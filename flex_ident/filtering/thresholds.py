@@ -1,0 +1,12 @@
+"""The thresholds of the band in one table, each with its source or the bench and seeds that set it."""
+
+from __future__ import annotations
+
+MIN_COHERENCE = 0.6
+ENERGY_SHARE = 0.995
+ROUNDED_SHARE = 0.9
+"""Share of steps that are whole multiples of the smallest one from which a position counts as rounded."""
+LINE_COHERENCE, LINE_POWER = 0.7, 30.0
+"""Coherence of a line of a multisine, and its power over that of the torque around it."""
+RESOLVED = 30.0
+"""Power of the motion over that of the rounding: acceleration is then known to a fifth."""

@@ -1,0 +1,43 @@
+"""The thresholds of the search in one table, each with its source or the bench and seeds that set it."""
+
+from __future__ import annotations
+
+CERTAIN = 3.0
+"""Standard deviations from which a constant torque is there, and is an effect to be found."""
+VISIBLE = 1.03
+"""Gap over the noise floor from which it makes sense to say where it lies."""
+NOT_A_MODEL = 0.95
+"""Gap of the base over the torque's standard deviation from which the recording is not of such a joint."""
+AT_THE_LIMIT = 0.99
+"""Of a sample: a delay or skew that the fit would have larger."""
+PERIODS = 2.0
+"""Periods within the range of motion from which an effect can be called periodic."""
+WORTH_A_TRIAL = 12.0
+"""Twice the log-likelihood that screening must promise."""
+MIMICKED = 0.03
+"""Share of an effect's signature beyond the model's own parameters under which its linear estimate says nothing."""
+QUIET = 0.3
+"""Excess over the noise under which a second mode is not searched for deeply."""
+ENOUGH = 0.9
+"""Share of the closable gap from which what closed it is not doubted by a second mode."""
+MOST_OF_IT = 0.67
+"""Share of the closable gap that all accepted effects must close together to be called its causes."""
+NEAR_TIE = 6.0
+"""Difference of the BIC under which two effects cannot be told apart."""
+OFF_SIGMAS = 3.0
+EVIDENCE = 10.0
+"""Fall of the Bayesian information criterion from which a candidate counts (Kass and Raftery: very strong)."""
+HELD_OUT_T = ((0.8, 1.1), (0.5, 1.8), (0.0, 2.5))
+"""By the share of the closable cost on left-out data that is saved, the t over blocks that is needed: what saves most
+of it may lie all in a resonance or where the torque saturates, but not in one block."""
+LEAST_PERIODS = 0.9
+"""Of what is periodic in the motor's angle, within the range of motion: a part of a period is gravity or a spring."""
+SMALLEST_SHARE = 0.2
+"""Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
+SIGNIFICANT = 3.0
+SIGNIFICANT_SHAPE = 2.0
+"""Standard deviations to which its shape must be known: hysteresis over no deflection at all is dry friction."""
+OWN_ERROR = 1e-3
+"""Change of the prediction, relative, that the method's own error may make."""
+WORTH_ANOTHER = 0.8
+"""Share of the cost that such a round must leave at most for another to follow."""
