@@ -112,7 +112,7 @@ class KindFit:
             slope = GRAVITY * _pull(self.fit.values, float(np.mean(problem.motion.position)))
             covariance = uncertainty.covariance.copy()
             covariance[at, at] += (slope * problem.recording.sample_time) ** 2
-            return replace(uncertainty, covariance=covariance)
+            uncertainty = replace(uncertainty, covariance=covariance)
         if self.rival is None or self.open is None:
             return uncertainty
         joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
@@ -233,7 +233,13 @@ def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Ki
     alone = all(abs(f.values[k] - found.values[k]) < SEEN * known.std(k) for f in alike for k in keys)
     if gain.size > CLEARLY and likely and explains and alone and _gravity_sigmas(found, problem.rate_hz) > SEEN:
         notice = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
-        return KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
+        kind = KindFit(GRAVITY_COMPENSATED, own, found, (notice,))
+        if gain.size > FAR:
+            return kind
+        # An eccentric link encoder has passed for it: the other fit stays in the uncertainty.
+        other = np.array([fit.values.get(k, found.values[k]) - found.values[k] for k in found.free])
+        size = len(found.free)
+        return replace(kind, rival=other, open=np.zeros((size, size)))
     rivals = [np.array([f.values[k] - fit.values[k] for k in fit.free]) for f in alike]
     moved = max(rivals, key=lambda r: abs(float(r[fit.free.index("K")])))
     both = [found.free.index(k) for k in fit.free]

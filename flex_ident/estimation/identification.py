@@ -46,6 +46,7 @@ from flex_ident.parameters.effort_kinds import (
     GRAVITY_COMPENSATED,
     GRAVITY_REMOVED,
     JOINT_SENSOR,
+    MOTOR,
     MOTOR_KEYS,
 )  # fmt: skip
 from flex_ident.parameters.keys import effect_in
@@ -364,7 +365,7 @@ def identification_of(
     if estimate.kind is not None:
         notices = [*estimate.kind.notices, *notices]
         parameters = tuple(sorted((*estimate.kind.absent, *parameters), key=_paper_order))
-        if estimate.kind.unclear:
+        if estimate.kind.unclear and estimate.kind.kind == MOTOR:
             matters = estimate.kind.matters
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
             notices.insert(0, Notice(code, "motor_torque"))
