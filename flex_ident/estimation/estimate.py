@@ -10,6 +10,7 @@ import numpy as np
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
 from flex_ident.estimation.thresholds import STILL, STRAIN
+from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
@@ -34,6 +35,9 @@ CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 """Nuisances that wait until the model is nearly right."""
+WIDE_HZ, SURE_OF_MODE, BAND_IN_MODES = 60.0, 0.8, 8.0
+"""A band wider than so many Hz ends at eight times the free resonance, where that is sure: above it there is only the
+motor's inertia, and what a fast controller makes of its encoder's rounding."""
 LEAST_PERIODS, LARGEST_BAND = 8.0, 0.4
 """Periods of the highest frequency that a recording must hold; the highest in sampling rates."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
@@ -124,7 +128,11 @@ def fit_problem(
             raise UsageError(
                 f"--band {band_hz:g} Hz: this recording can be fitted up to between {lowest:.2g} and {highest:.4g} Hz."
             )
-    band = excited_band_hz(recording) if band_hz is None else band_hz
+    band = band_hz if band_hz is not None else excited_band_hz(recording)
+    if band_hz is None and not rigid and band > WIDE_HZ:
+        mode = first_mode(recording, hint_hz=first_mode_hz)
+        if mode.confidence > SURE_OF_MODE:
+            band = min(band, BAND_IN_MODES * mode.free_resonance_hz)
     if first_mode_hz is not None and first_mode_hz > 1.5 * band and not rigid:
         raise ExcitationError(
             f"the first mode, {first_mode_hz:.3g} Hz, lies above what the motion excites, {band:.3g} Hz: "
@@ -210,10 +218,11 @@ def _settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[s
     """
     keys = [k for k in ("initial_deflection", "initial_velocity") if k in priors]
     rows = problem.usable & (problem.time < FIRST_S)
-    if not keys or rows.sum() < FEWEST_ROWS:
+    later = problem.usable & ~rows
+    if not keys or min(rows.sum(), later.sum()) < FEWEST_ROWS:
         return values
     left = problem.residuals(values)[0]
-    if float(np.std(left[rows])) < UNSETTLED * float(np.std(left[problem.usable & ~rows])):
+    if float(np.std(left[rows])) < UNSETTLED * float(np.std(left[later])):
         return values
     scale = np.array([priors[k].std for k in keys])
 

@@ -59,8 +59,8 @@ from flex_ident.simulation.terms import MEASUREMENT_TERMS
 
 Progress = Callable[[float], None]
 REPORTED = (
-    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "reversal_speed", "presliding",
-    "reversal_lead",
+    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "reversal_speed",
+    "presliding", "reversal_lead",
 )  # fmt: skip
 """Measurement keys that are part of a result."""
 

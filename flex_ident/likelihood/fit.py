@@ -71,6 +71,8 @@ def key_scale(problem: FitProblem, key: str, value: float) -> float:
             return max(abs(value), 1e-3 * position)
         case "torque_averaging":
             return 0.1
+        case "link_scale":
+            return 1e-2
         case "link_zero" | "initial_deflection":
             return 1e-2 * position
         case "initial_velocity":

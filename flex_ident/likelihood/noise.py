@@ -121,6 +121,7 @@ def is_quiet(problem: FitProblem, steady: float) -> bool:
 
 def _powers(signal: Floats, usable: NDArray[np.bool_], size: int) -> Floats:
     """Power (k, size // 2 + 1) of half-overlapping segments, unit^2, such that white noise has its variance."""
+    size = min(size, signal.size // 2 * 2)
     window = np.hanning(size + 1)[:-1]
     starts = [s for s in range(0, signal.size - size + 1, size // 2) if usable[s : s + size].all()]
     if len(starts) < 6:

@@ -19,6 +19,8 @@ USUAL_LAG_S = 2e-3
 """Low-pass in the recorded effort: drivers filter at 10 Hz (16 ms) and more."""
 USUAL_LEAD_S, LARGEST_LEAD_S = 3e-3, 0.03
 """Time by which friction may turn over before or after the velocity does; MuJoCo's friction loss leads by 10 ms."""
+USUAL_SCALE, LARGEST_SCALE = 1e-3, 0.02
+"""Scale error of a link encoder: a disk eccentric by a thousandth of its radius reads up to that much too far."""
 TURNOVER = 0.1
 """Speed, relative to the rms speed, and way, relative to the range, over which friction may turn over, one std."""
 
@@ -27,8 +29,8 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
     """Priors of the nuisances that matter for this problem.
 
     Torque may be logged early or late by up to `late_samples` periods, behind a low-pass, as a mean over a period or as
-    a held command (kappa = ±1/24); the link encoder may be skewed likewise and has a zero of its own. The motor's dry
-    friction may turn over with speed, with the way moved, or early.
+    a held command (kappa = ±1/24); the link encoder may be skewed likewise and has a zero and a scale of its own. The
+    motor's dry friction may turn over with speed, with the way moved, or early.
     """
     ts = problem.recording.sample_time
     limit = late_samples * ts
@@ -55,10 +57,11 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
         far = 10.0 * reach + 10.0
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)
         priors["link_zero"] = Prior(0.0, far, -10.0 * far, 10.0 * far)
+        priors["link_scale"] = Prior(0.0, USUAL_SCALE, -LARGEST_SCALE, LARGEST_SCALE)
     return priors
 
 
-CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew")
+CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew", "link_scale")
 """Nuisances that have an end beyond which there is something else."""
 
 

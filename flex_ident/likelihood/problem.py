@@ -150,6 +150,7 @@ class FitProblem:
             )
         self._links = LinkResponses(self.motion, lambda position, skew: self.reduced(position, delay=skew))
         self._shaken: FitProblem | None = None
+        self._middle = float(np.mean(recording.motor_position))
 
     def reduced(self, signal: Floats, *, delay: float = 0.0, curvature: float = 0.0, lag: float = 0.0) -> Floats:
         """A signal (n,) at the recording's rate, filtered and decimated (m,) as the measurement is.
@@ -229,7 +230,8 @@ class FitProblem:
         link_out = None
         if self.link is not None and link is not None:
             position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))
-            link_out = position + terms[Term.LINK_ZERO]
+            moved = position - self._middle
+            link_out = position + terms[Term.LINK_SCALE] * moved + terms[Term.LINK_ZERO]
         return Prediction(torque_out, link_out)
 
     def measured_torque(self, values: Mapping[str, float]) -> Floats:

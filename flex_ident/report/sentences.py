@@ -59,7 +59,7 @@ def _low_excitation(n: Notice) -> str:
 CHAIN = {
     "torque_delay": "the delay of the torque", "torque_averaging": "the averaging of the torque within a sample",
     "effort_lag": "the low-pass in the effort", "reversal_lead": "the time by which friction turns over early",
-    "link_skew": "the skew of the link encoder",
+    "link_skew": "the skew of the link encoder", "link_scale": "the scale error of the link encoder",
 }  # fmt: skip
 
 

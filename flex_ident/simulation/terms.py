@@ -95,6 +95,8 @@ class Term(IntEnum):
     """Time constant, s, of a first-order low-pass in the recorded torque."""
     GRAVITY_REMOVED = "measurement", False
     """Share of the gravity at the motor's position that the recorded torque is without: the controller adds it."""
+    LINK_SCALE = "measurement", False
+    """By how much the link encoder reads too far, over what it reads: its scale, or an eccentric disk, locally."""
 
     @property
     def moves_link(self) -> bool:
@@ -138,6 +140,7 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "torque_averaging": (Term.TORQUE_AVERAGING, 1.0),
     "link_skew": (Term.LINK_SKEW, 1.0),
     "link_zero": (Term.LINK_ZERO, 1.0),
+    "link_scale": (Term.LINK_SCALE, 1.0),
     "initial_deflection": (Term.INITIAL_DEFLECTION, 1.0),
     "initial_velocity": (Term.INITIAL_VELOCITY, 1.0),
     "reversal_speed": (Term.REVERSAL_SPEED, 1.0),

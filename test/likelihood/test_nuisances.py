@@ -12,7 +12,7 @@ from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, 
 CHAIN = {"torque_delay", "torque_averaging", "effort_lag"}
 TURNOVER = {"reversal_speed", "presliding", "reversal_lead"}
 STATE = {"initial_deflection", "initial_velocity"}
-LINK = {"link_skew", "link_zero"}
+LINK = {"link_skew", "link_zero", "link_scale"}
 KINDS = {"rigid": CHAIN | TURNOVER, "motor": CHAIN | TURNOVER | STATE, "motor+link": CHAIN | TURNOVER | STATE | LINK}
 
 
