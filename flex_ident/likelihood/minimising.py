@@ -16,6 +16,8 @@ ATTEMPTS = 9
 AS_FORETOLD = 0.5
 """Share of the foretold saving from which a Jacobian still holds and serves for the next step as well: chord steps cost
 a residual each where a Jacobian costs one for each variable."""
+DAMPINGS_WITHOUT = (FIRST_DAMPING, 1e-5, 1e-3, 1e-1)
+"""How steps without a variable in which there is a kink are damped, in turn."""
 CHORDS = 4
 """Steps in a row that one Jacobian may serve."""
 
@@ -69,17 +71,18 @@ def bounded_minimum(
                 break
         served += 1
         if gain == 0.0 and fresh:
-            for j in np.flatnonzero(~held):
-                without = held | (np.arange(x.size) == j)
-                moved = _step(triangle, target, FIRST_DAMPING, start * scale, lower * scale, upper * scale, without)
-                moved = np.clip(moved / scale, lower, upper)
-                there = residual(moved)
-                now = float(there @ there)
-                if now < cost:
-                    kink, gain, x, rest, cost = j, gain + cost - now, moved, there, now
-            if gain > 0.0:
-                held[kink] = True
-                damping = FIRST_DAMPING
+            for damped in DAMPINGS_WITHOUT:
+                for j in np.flatnonzero(~held):
+                    without = held | (np.arange(x.size) == j)
+                    moved = _step(triangle, target, damped, start * scale, lower * scale, upper * scale, without)
+                    moved = np.clip(moved / scale, lower, upper)
+                    there = residual(moved)
+                    now = float(there @ there)
+                    if now < cost:
+                        kink, gain, x, rest, cost = j, gain + cost - now, moved, there, now
+                if gain > tolerance * cost:
+                    held[kink], damping = True, damped
+                    break
         small = gain <= tolerance * cost
         if small and fresh:
             return x, rest, slope, True
