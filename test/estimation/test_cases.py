@@ -35,8 +35,8 @@ CAUSES: dict[str, set[str]] = {
     "mujoco_friction": FRICTION,  # no effect of the catalogue, but friction of the motor it is
 }
 SENSORS = ("motor", "motor+link")
-QUICK = {("hysteresis", "motor"), ("backlash", "motor+link"), ("stribeck", "motor+link"), ("mount_25hz", "motor")}
-"""One of the transmission, one of its geometry, one of friction, one beside the joint; the others in the campaign."""
+QUICK = {("hysteresis", "motor"), ("backlash", "motor+link"), ("stribeck", "motor+link")}
+"""One of the transmission's law, one of its geometry, one of friction; the others in the campaign."""
 EVERY = [
     pytest.param(case, sensors, marks=() if (case, sensors) in QUICK else pytest.mark.campaign)
     for case in CAUSES

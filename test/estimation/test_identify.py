@@ -92,6 +92,7 @@ def test_four_derivatives_at_a_low_rate_are_refused_with_the_rate() -> None:
         identify(recording, IdentifyOptions(sensors="motor", method="paper", first_mode_hz=15.0))
 
 
+@pytest.mark.campaign
 def test_gaps_in_the_recording_do_no_harm() -> None:
     signals = virtual_signals(COBOT_JOINT, EXPERIMENT, chain(20), seed=4, link=False)
     broken = []
