@@ -71,6 +71,9 @@ def bounded_minimum(
                 break
         served += 1
         if gain == 0.0 and fresh:
+            whole = _step(triangle, target, FIRST_DAMPING, start * scale, lower * scale, upper * scale, held)
+            if _foretold(triangle, target, whole - start * scale) <= tolerance * cost:
+                return x, rest, slope, True  # nothing is left to save, kink or not
             for damped in DAMPINGS_WITHOUT:
                 for j in np.flatnonzero(~held):
                     without = held | (np.arange(x.size) == j)
