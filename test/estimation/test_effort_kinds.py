@@ -12,6 +12,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import Identification, JointModel
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment
 
+pytestmark = pytest.mark.slow
 EXPERIMENT = Experiment(duration_s=25.0, sample_rate_hz=500.0, start=0.6, end_frequency_hz=40.0)
 HEAVY = JointModel({**COBOT_JOINT.parameters, "MX": 0.0, "MY": -12.0}, joint="heavy")
 SENSORS = pytest.mark.parametrize("sensors", ["motor", "motor+link"])

@@ -17,6 +17,7 @@ from flex_ident.report.advice import first_thing
 from flex_ident.report.sentences import sentence
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
+pytestmark = pytest.mark.slow
 EMPS = Path(__file__).resolve().parents[3] / "shared" / "real" / "emps_train"
 
 
