@@ -9,7 +9,15 @@ import numpy as np
 
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
-from flex_ident.estimation.thresholds import STILL, STRAIN
+from flex_ident.estimation.thresholds import (
+    BAND_IN_MODES,
+    LARGEST_BAND,
+    LEAST_PERIODS,
+    STILL,
+    STRAIN,
+    SURE_OF_MODE,
+    WIDE_HZ,
+)
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.judgement.priorities import REVERSED
@@ -35,11 +43,6 @@ CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
 LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
 """Nuisances that wait until the model is nearly right."""
-WIDE_HZ, SURE_OF_MODE, BAND_IN_MODES = 60.0, 0.8, 8.0
-"""A band wider than so many Hz ends at eight times the free resonance, where that is sure: above it there is only the
-motor's inertia, and what a fast controller makes of its encoder's rounding."""
-LEAST_PERIODS, LARGEST_BAND = 8.0, 0.4
-"""Periods of the highest frequency that a recording must hold; the highest in sampling rates."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
 """Jacobians, and share of the cost saved at which a round ends."""

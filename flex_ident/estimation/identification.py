@@ -9,26 +9,24 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.effects import key_named, trade_error
-from flex_ident.errors import DataError, ExcitationError, SignalError
+from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import (
     Estimate,
-    base_fit,
     estimated,
     fit_problem,
     rigid_keys,
-    rough_values,
     started_values,
 )
 from flex_ident.estimation.evidence import evidence_of, is_identifiable
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.estimation.rigid import rigid_left_percent, rigid_notice
 from flex_ident.estimation.thresholds import FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR, SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
-from flex_ident.judgement.thresholds import GOOD_RIGID, MOST_RIGID, RIGID_MARGIN, SURELY_RIGID
+from flex_ident.judgement.thresholds import GOOD_RIGID
 from flex_ident.likelihood.fit import key_bounds
-from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import (
@@ -153,7 +151,7 @@ def _simulated(
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
     rigid = None
     if sensors != "motor+link" and not options.rigid:
-        rigid = rigid_notice(recording, result, prismatic=prismatic, band_hz=options.band_hz)
+        rigid = rigid_notice(recording, result, prismatic=prismatic, band_hz=problem.band_hz)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
@@ -210,49 +208,6 @@ def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: floa
     residual, torque = problem.residuals(start)[0][problem.usable], problem.torque[problem.usable]
     left = float(residual @ residual) / max(float(torque @ torque), 1e-300)
     return start if left < SENSOR_LEFT else None
-
-
-def rigid_left_percent(
-    recording: Recording, *, prismatic: bool, band_hz: float | None = None, enough: float = 0.0
-) -> float | None:
-    """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is; None where it cannot.
-
-    A first fit is all where that leaves more than `enough` and half as much again.
-    """
-    try:
-        problem = fit_problem(recording, sensors="motor", rigid=True, band_hz=band_hz)
-        keys, priors = rigid_keys(problem, gravity=not prismatic), model_priors(problem)
-        start = rough_values(problem, keys, started_values(problem, keys), priors)
-        if (left := _left_percent(problem, start)) > SURELY_RIGID * enough > 0.0:
-            return left
-        return _left_percent(problem, base_fit(problem, keys, start, priors)[1].values)
-    except DataError:
-        return None
-
-
-def _left_percent(problem: FitProblem, values: Mapping[str, float]) -> float:
-    left, whole = problem.residuals(values)[0][problem.usable], problem.torque[problem.usable]
-    return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
-
-
-def rigid_notice(
-    recording: Recording, sprung: Identification, *, prismatic: bool, band_hz: float | None = None
-) -> Notice | None:
-    """That a rigid joint does as well as the spring that was fitted; None where the spring has earned its place.
-
-    It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
-    a motor alone only: with the link's position a spring can be measured that the torque does not show.
-    """
-    sprung_percent = sprung.fit.relative_error_percent
-    open_spring = not sprung.parameter("K").identifiable
-    enough = max(min(RIGID_MARGIN * sprung_percent, MOST_RIGID), GOOD_RIGID if open_spring else 0.0)
-    left = rigid_left_percent(recording, prismatic=prismatic, band_hz=band_hz, enough=enough)
-    if left is None:
-        return None
-    undetermined = open_spring and left < GOOD_RIGID
-    if not undetermined and not left <= min(RIGID_MARGIN * sprung_percent, MOST_RIGID):
-        return None
-    return Notice(Code.RIGID_AS_WELL, "K", {"rigid_percent": left, "sprung_percent": sprung_percent})
 
 
 def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:

@@ -44,3 +44,8 @@ SENSOR_LEFT = 0.1
 """Share of the torque's energy that the start of a joint sensor's fit may leave where no motor fits."""
 DRIFT = 4.0
 """Standard deviations between cutoffs from which an estimate counts as depending on the filter."""
+WIDE_HZ, SURE_OF_MODE, BAND_IN_MODES = 60.0, 0.8, 8.0
+"""A band wider than so many Hz ends at eight times the free resonance, where that is sure: above it there is only the
+motor's inertia, and what a fast controller makes of its encoder's rounding."""
+LEAST_PERIODS, LARGEST_BAND = 8.0, 0.4
+"""Periods of the highest frequency that a recording must hold; the highest in sampling rates."""

@@ -97,18 +97,22 @@ def explain(
     hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(base.values)[held]))
     coupled = estimate.coupling is not None and estimate.coupling.seen
     sound = determined or (structured and not hopeless)
-    verdict = _verdict(named=named, sound=sound, structured=structured or coupled)
-    unexplained = None
+    reasons: list[str] = []
     if structured:
         tried = "that was tried" if options.effects else "of the catalogue"
         place = where_left[0].text if where_left else "it is spread evenly"
-        unexplained = (
+        reasons.append(
             f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
         )
     if coupled and estimate.coupling is not None:
         share, joints = 100.0 * estimate.coupling.share, ", ".join(estimate.coupling.joints)
-        beside = f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy."
-        unexplained = f"{unexplained} {beside}" if unexplained else beside
+        reasons.append(f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy.")
+    if left.evidence == "none":
+        reasons.append(f"{gaps[-1]:.3g} N m rms remain, and nothing tells how much of it is noise: repeat the motion.")
+    if estimate.strained:
+        names = ", ".join(estimate.strained)
+        reasons.append(f"{names} is at the end of what a measurement chain can be: it stands in for something else.")
+    verdict = _verdict(named=named, sound=sound, more=bool(reasons))
     if not findings and verdict != "complete" and sensors == "motor+link":
         said = motor_equation_notice(recording)
         notices = (*notices, *([said] if said is not None else []))
@@ -128,7 +132,7 @@ def explain(
         rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(estimate.fit.free)),
         not_testable=tuple(search.untestable.values()),
         final=final,
-        unexplained=unexplained,
+        unexplained=" ".join(reasons) or None,
         where_left=where_left,
         repeats=first.repeats,
         repeats_left=left.repeats,
@@ -162,8 +166,8 @@ def _final(recording: Recording, estimate: Estimate, sensors: Sensors) -> Identi
     return replace(result, method="explain_gap")
 
 
-def _verdict(*, named: bool, sound: bool, structured: bool) -> GapVerdict:
-    """`structured`: whether more than noise is left, or other joints explain some of it.
+def _verdict(*, named: bool, sound: bool, more: bool) -> GapVerdict:
+    """`more`: whether more than noise is left, or may be.
 
     `named`: whether an effect was found, or put in by hand and nothing speaks against it.
     `sound`: whether the base is determined, or at least explains some of the torque and misses something that shows.
@@ -171,8 +175,8 @@ def _verdict(*, named: bool, sound: bool, structured: bool) -> GapVerdict:
     if not sound:
         return "rejected"
     if named:
-        return "partly_explained" if structured else "explained"
-    return "unexplained" if structured else "complete"
+        return "partly_explained" if more else "explained"
+    return "unexplained" if more else "complete"
 
 
 def _refuse_short(problem: FitProblem, held: NDArray[np.bool_]) -> None:

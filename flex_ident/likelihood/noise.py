@@ -105,7 +105,7 @@ def encoder_noise(problem: FitProblem, values: Mapping[str, float]) -> tuple[Flo
     A spring that rings long makes much of little at the locked-motor frequency, in a narrow band and now more, now
     less: the steady part of what is left does not show that.
     """
-    shaken = problem.shaken(position_noise(problem)).prediction(values)
+    shaken = problem.shaken(position_noise).prediction(values)
     here = problem.prediction(values)
     pairs = [(shaken.torque, here.torque)]
     if shaken.link is not None and here.link is not None:

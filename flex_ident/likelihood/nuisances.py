@@ -19,8 +19,9 @@ USUAL_LAG_S = 2e-3
 """Low-pass in the recorded effort: drivers filter at 10 Hz (16 ms) and more."""
 USUAL_LEAD_S, LARGEST_LEAD_S = 3e-3, 0.03
 """Time by which friction may turn over before or after the velocity does; MuJoCo's friction loss leads by 10 ms."""
-USUAL_SCALE, LARGEST_SCALE = 1e-3, 0.02
-"""Scale error of a link encoder: a disk eccentric by a thousandth of its radius reads up to that much too far."""
+USUAL_SCALE, LARGEST_SCALE = 1e-3, 3e-3
+"""Scale error of a link encoder: a disk eccentric by a thousandth of its radius reads up to that much too far.
+With 1 % and more it would pass for gravity that is not in the effort."""
 TURNOVER = 0.1
 """Speed, relative to the rms speed, and way, relative to the range, over which friction may turn over, one std."""
 

@@ -289,17 +289,17 @@ class FitProblem:
                 column[:, keys.index("JL")] = -(scaled + column @ weights) / values["JL"]
         return tuple(columns)
 
-    def shaken(self, size: float) -> FitProblem:
-        """The same problem with white noise of standard deviation `size`, rad, on the recorded motor position.
+    def shaken(self, size: Callable[[FitProblem], float]) -> FitProblem:
+        """The same problem with as much white noise more on the recorded motor position as there is: `size`, rad.
 
-        The noise is the same at every call. What its prediction differs by is what an encoder's rounding does to it.
+        Made once. What its prediction differs by is what an encoder's rounding does to it.
         """
         if self._shaken is None:
             recording = self.recording
             noise = np.random.default_rng(0).standard_normal(recording.motor_position.size)
             other = self.restricted(self.usable)
             other.motion = motor_motion(
-                recording.motor_position + size * noise, recording.sample_rate_hz, cutoff_hz=self.drive_hz,
+                recording.motor_position + size(self) * noise, recording.sample_rate_hz, cutoff_hz=self.drive_hz,
                 substeps=self.substeps,
             )  # fmt: skip
             other._links = LinkResponses(other.motion, lambda position, skew: self.reduced(position, delay=skew))

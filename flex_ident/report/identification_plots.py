@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import FlexIdentError
-from flex_ident.estimation.estimate import fit_problem
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import CutoffSweep, FrequencyResponse, Identification, TorqueCurves
 from flex_ident.parameters.current import is_current, unit_in_amperes
 from flex_ident.parameters.prismatic import slides, unit_in_metres
@@ -141,10 +141,11 @@ def torque_plot(curves: TorqueCurves, fitted: NDArray[np.bool_] | None = None, w
 def fitted_rows(result: Identification, recording: Recording) -> NDArray[np.bool_] | None:
     """Which rows (n,) of the result's curves the fit used; None when it is all of them, as in a regression."""
     curves = result.curves
-    if curves is None or curves.time.size == result.fit.samples:
+    if curves is None or result.filter is None or curves.time.size == result.fit.samples:
         return None
+    band_hz = result.filter.bandwidth_rad_s / (2.0 * np.pi)
     try:
-        rows = fit_problem(recording, sensors=result.sensors, rigid=result.model.rigid).usable
+        rows = FitProblem(recording, sensors=result.sensors, rigid=result.model.rigid, band_hz=band_hz).usable
     except FlexIdentError:
         return None
     return rows if rows.size == curves.time.size else None

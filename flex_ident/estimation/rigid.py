@@ -1,0 +1,63 @@
+"""Would a rigid joint do as well? A spring must earn its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flex_ident.errors import DataError
+from flex_ident.estimation.estimate import base_fit, fit_problem, rigid_keys, rough_values, started_values
+from flex_ident.judgement.thresholds import GOOD_RIGID, MOST_RIGID, RIGID_MARGIN, SURELY_RIGID
+from flex_ident.likelihood.nuisances import model_priors
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.notices import Code, Notice
+from flex_ident.parameters import Identification
+from flex_ident.recording import Recording
+
+
+def rigid_left_percent(
+    recording: Recording, *, prismatic: bool, band_hz: float | None = None, enough: float = 0.0
+) -> float | None:
+    """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is, in the band of that; None
+    where it cannot be.
+
+    A first fit is all where that leaves more than `enough` and half as much again.
+    """
+    try:
+        if band_hz is None:
+            problem = fit_problem(recording, sensors="motor", rigid=True)
+        else:
+            problem = FitProblem(recording, sensors="motor", rigid=True, band_hz=band_hz)
+        keys, priors = rigid_keys(problem, gravity=not prismatic), model_priors(problem)
+        start = rough_values(problem, keys, started_values(problem, keys), priors)
+        if (left := _left_percent(problem, start)) > SURELY_RIGID * enough > 0.0:
+            return left
+        return _left_percent(problem, base_fit(problem, keys, start, priors)[1].values)
+    except DataError:
+        return None
+
+
+def _left_percent(problem: FitProblem, values: Mapping[str, float]) -> float:
+    left, whole = problem.residuals(values)[0][problem.usable], problem.torque[problem.usable]
+    return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
+
+
+def rigid_notice(
+    recording: Recording, sprung: Identification, *, prismatic: bool, band_hz: float | None = None
+) -> Notice | None:
+    """That a rigid joint does as well as the spring that was fitted; None where the spring has earned its place.
+
+    It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
+    a motor alone only: with the link's position a spring can be measured that the torque does not show.
+    """
+    sprung_percent = sprung.fit.relative_error_percent
+    open_spring = not sprung.parameter("K").identifiable
+    enough = max(min(RIGID_MARGIN * sprung_percent, MOST_RIGID), GOOD_RIGID if open_spring else 0.0)
+    left = rigid_left_percent(recording, prismatic=prismatic, band_hz=band_hz, enough=enough)
+    if left is None:
+        return None
+    undetermined = open_spring and left < GOOD_RIGID
+    if not undetermined and not left <= min(RIGID_MARGIN * sprung_percent, MOST_RIGID):
+        return None
+    return Notice(Code.RIGID_AS_WELL, "K", {"rigid_percent": left, "sprung_percent": sprung_percent})
