@@ -68,6 +68,8 @@ class Effect:
     """Its refit races from several shapes: it has many minima."""
     replaces: str = ""
     """Measurement key, confined to one sample, that the effect takes over from."""
+    stand_in: str = ""
+    """Nuisance that stands for the effect where it lies out of sight, and goes when it is in the model."""
     needs_spring: bool = False
     """Makes no sense for a rigid joint."""
     needs_link: bool = False

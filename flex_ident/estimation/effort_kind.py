@@ -287,7 +287,7 @@ def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
 @dataclass(frozen=True)
 class Gain:
     """Twice the log-likelihood that one fit gains over another under one noise, in independent samples, and the share
-    that it saves of what the other leaves above that noise."""
+    that it saves of what the other leaves of the torque above that noise."""
 
     size: float
     share: float
@@ -301,9 +301,14 @@ def gain_of(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> 
     one, two = (plain.whitened_residual(f.values, whitenings) for f in (before, after))
     cost, other = float(one @ one), float(two @ two)
     count = min(one.size, two.size)
-    correlated = correlation_factor(replace(after, residual=two, rows=plain._rows(whitenings)))
+    rows = plain.rows(whitenings)
+    correlated = correlation_factor(replace(after, residual=two, rows=rows))
     size = max(min(cost, other) / count, 1.0)
-    return Gain((cost - other) / size / correlated, (cost - other) / max(cost - count, 1e-300))
+    # A link encoder's residual is the same for all kinds, and far above its steady noise where the link turns over.
+    samples = rows[0].size
+    torque, torque_other = (float(r[:samples] @ r[:samples]) for r in (one, two))
+    share = (torque - torque_other) / max(torque - samples, 1e-300)
+    return Gain((cost - other) / size / correlated, share)
 
 
 def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:

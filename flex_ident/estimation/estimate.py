@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -41,7 +42,7 @@ VALIDATION_BLOCK_S = 1.0
 VALIDATION_EVERY = 4
 CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
-LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead")
+LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead", "far_mode")
 """Nuisances that wait until the model is nearly right."""
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
@@ -176,7 +177,7 @@ def base_fit(
             progress(done / rounds)
 
     values = rough_values(problem, keys, start, priors, step=step)
-    values = _settled(problem, values, priors)
+    values = settled(problem, values, priors)
     solver = SteadyFit(problem, priors=priors, local=True)
     fit: Fit | None = None
     for iterations, tolerance in ROUNDS:
@@ -214,10 +215,10 @@ def rough_values(
     return values
 
 
-def _settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[str, Prior]) -> Mapping[str, float]:
+def settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[str, Prior]) -> Mapping[str, float]:
     """The values with the link's state at the start from the first seconds alone, where it is in doubt there.
 
-    Stretches that the model leaves badly weigh little, and the first would never be mended otherwise.
+    Of a model that is nearly right. Stretches that it leaves badly weigh little: the first would never be mended.
     """
     keys = [k for k in ("initial_deflection", "initial_velocity") if k in priors]
     rows = problem.usable & (problem.time < FIRST_S)
@@ -237,9 +238,13 @@ def _settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[s
         here = residual(x)
         return np.column_stack([(residual(x + STATE_STEP * e) - here) / STATE_STEP for e in np.eye(len(keys))])
 
-    start = np.array([values.get(k, 0.0) for k in keys]) / scale
     lower, upper = (np.array([getattr(priors[k], side) for k in keys]) / scale for side in ("lower", "upper"))
-    found, *_ = bounded_minimum(residual, jacobian, start, lower, upper, iterations=STATE_ITERATIONS, tolerance=1e-3)
+    here = np.array([values.get(k, 0.0) for k in keys]) / scale
+    ends = [
+        bounded_minimum(residual, jacobian, x, lower, upper, iterations=STATE_ITERATIONS, tolerance=1e-3)[0]
+        for x in (here, np.zeros(len(keys)))
+    ]
+    found = min(ends, key=lambda x: float(np.sum(residual(x) ** 2)))
     return {**values, **dict(zip(keys, map(float, found * scale), strict=True))}
 
 
@@ -290,6 +295,11 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
     found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
+    if left.link is not None and left.link.structured:
+        # All of it goes into the spring that the encoder sits behind, little into what the torque tells.
+        factor = left.link.gap / max(left.link.floor, 1e-300)
+        size = np.array([factor if key == "K" else math.sqrt(factor) for key in fit.free])
+        joined = replace(joined, covariance=joined.covariance + (np.outer(size, size) - 1.0) * plain.covariance)
     if ends and not left.structured(left.gap):  # something is at work, and nothing shows what it does to the parameters
         joined = replace(joined, covariance=joined.covariance + (STRAIN**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)

@@ -76,6 +76,7 @@ def evidence_of(
         gap=left.gap,
         noise=left.floor,
         structured=left.structured(left.gap),
+        link=(left.link.gap, left.link.floor) if left.link is not None and left.link.structured else None,
         noise_known=left.evidence != "none",
         causes=tuple(Cause(s.effect, s.gain, moved.get(s.effect, 0.0), s.strong) for s in estimate.suspects),
         other_joints=None

@@ -41,9 +41,11 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> KindFit:
     constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
     if not constant and not _late(problem, fit.values):
         return kinds
+    known = {k: p for k, p in kinds.solver.priors.items() if k in keys}  # first moments, where the kind bounds them
     few = tuple(k for k in keys if not (constant and k == "offset"))
     near = {k: v for k, v in fit.values.items() if k in few or k == GRAVITY_REMOVED}
-    priors = kept_priors(model_priors(problem, effects_in(keys), late_samples=1.0), few)
+    few = tuple(k for k in few if k not in known)
+    priors = {**kept_priors(model_priors(problem, effects_in(keys), late_samples=1.0), few), **known}
     return kinds.refitted(*base_fit(problem, few, near, priors))
 
 

@@ -92,7 +92,9 @@ def explain(
     if gaps[0] > VISIBLE * floor:
         where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
-    structured = left.structured(gaps[-1])
+    # On data not fitted, and on all of it: what lies in two seconds may miss the blocks that were kept back.
+    whole = estimate.left
+    structured = left.structured(gaps[-1]) or whole.structured(whole.gap)
     named = any(not a.trial.objection for a in search.accepted) and bool(findings)
     hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(base.values)[held]))
     coupled = estimate.coupling is not None and estimate.coupling.seen
@@ -101,8 +103,9 @@ def explain(
     if structured:
         tried = "that was tried" if options.effects else "of the catalogue"
         place = where_left[0].text if where_left else "it is spread evenly"
+        size = gaps[-1] if left.structured(gaps[-1]) else whole.gap
         reasons.append(
-            f"{gaps[-1]:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
+            f"{size:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
         )
     if coupled and estimate.coupling is not None:
         share, joints = 100.0 * estimate.coupling.share, ", ".join(estimate.coupling.joints)

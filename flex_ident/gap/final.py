@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.effects import effect_named
-from flex_ident.estimation.estimate import Estimate, estimate_of, validation_blocks
+from flex_ident.estimation.estimate import Estimate, estimate_of, settled, validation_blocks
 from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.options import GapOptions
@@ -72,7 +72,8 @@ def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitPro
     if not search.accepted:
         return estimate_of(*base, prismatic=options.prismatic)
     solver = SteadyFit(problem, priors=search.solver.priors, marks=base[0].marks, local=True)
-    return estimate_of(solver, polished(solver, search.fit.free, search.fit.values), prismatic=options.prismatic)
+    values = settled(problem, search.fit.values, solver.priors)
+    return estimate_of(solver, polished(solver, search.fit.free, values), prismatic=options.prismatic)
 
 
 def _trained(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:

@@ -63,6 +63,8 @@ class FitEvidence(Evidence):
     gap: float = 0.0
     noise: float = 0.0
     structured: bool = False
+    link: tuple[float, float] | None = None
+    """What is left of the link's position and its noise, rad rms, where that is more than noise."""
     noise_known: bool = True
     causes: tuple[Cause, ...] = ()
     other_joints: OtherJoints | None = None

@@ -136,6 +136,12 @@ def _structure(evidence: FitEvidence) -> Iterator[Notice]:
         yield Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", sizes, {"unit": "N m"})
 
 
+def _link_structure(evidence: FitEvidence) -> Iterator[Notice]:
+    if evidence.link is not None:
+        gap, noise = evidence.link
+        yield Notice(Code.STRUCTURED_LINK, "link_position", {"gap": gap, "noise": noise}, {"unit": "rad"})
+
+
 def _other_joints(evidence: FitEvidence) -> Iterator[Notice]:
     if evidence.other_joints is not None:
         other = evidence.other_joints
@@ -205,6 +211,7 @@ FIT_RULES: tuple[Rule[FitEvidence], ...] = (
     Rule(Code.SAMPLED_SLOWLY, "doubtful", _sampled_slowly),
     Rule(Code.NOISE_UNKNOWN, "doubtful", _noise_unknown),
     Rule(Code.STRUCTURED_RESIDUAL, "doubtful", _structure),
+    Rule(Code.STRUCTURED_LINK, "doubtful", _link_structure),
     Rule(Code.OTHER_JOINTS_EXPLAIN, "doubtful", _other_joints),
     Rule(Code.CAUSE_SUSPECTED, "doubtful", _cause),
     Rule(Code.CHAIN_AT_ITS_END, "doubtful", _strained),

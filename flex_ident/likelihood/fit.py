@@ -69,7 +69,7 @@ def key_scale(problem: FitProblem, key: str, value: float) -> float:
             return max(abs(value), 1e-3 * velocity)
         case "presliding":
             return max(abs(value), 1e-3 * position)
-        case "torque_averaging":
+        case "torque_averaging" | "far_mode":
             return 0.1
         case "link_scale":
             return 1e-2
@@ -101,7 +101,8 @@ class SimulationFit:
         order = int(np.clip(round(MEMORY_S * self.problem.rate_hz), 4, 64))
         return tuple(whitening_of(r, self.problem.usable, order) for r in self.problem.residuals(values))
 
-    def _rows(self, whitenings: tuple[Whitening, ...]) -> tuple[NDArray[np.int64], ...]:
+    def rows(self, whitenings: tuple[Whitening, ...]) -> tuple[NDArray[np.int64], ...]:
+        """The samples of each channel that a whitened residual is made of."""
         return tuple(np.flatnonzero(settled(self.problem.usable, w.memory)) for w in whitenings)
 
     def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
@@ -116,7 +117,7 @@ class SimulationFit:
 
     def whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
         """Residuals (m,) of each channel, or changes of them, whitened, in one vector (r,)."""
-        rows = self._rows(whitenings)
+        rows = self.rows(whitenings)
         return np.concatenate([w(r)[i] for w, r, i in zip(whitenings, residuals, rows, strict=True)])
 
     def whitened_jacobian(
@@ -128,7 +129,7 @@ class SimulationFit:
             _, upper = key_bounds(key, self.priors)
             if values.get(key, 0.0) + steps[key] > upper:
                 steps[key] = -steps[key]
-        rows = self._rows(whitenings)
+        rows = self.rows(whitenings)
         parts = self.problem.sensitivities(values, keys, steps)
         return np.concatenate([w(c)[i] for w, c, i in zip(whitenings, parts, rows, strict=True)])
 
@@ -232,7 +233,7 @@ class SimulationFit:
             values=dict(values),
             jacobian=slope,
             residual=rest,
-            rows=self._rows(whitenings),
+            rows=self.rows(whitenings),
             prior_information=information,
             whitenings=whitenings,
             at_bound=at_bound,

@@ -85,11 +85,22 @@ def noise_above_band(problem: FitProblem) -> float | None:
 
 
 def position_noise(problem: FitProblem) -> float:
-    """Standard deviation, rad, of what is white in the recorded motor position: an encoder's rounding and noise.
+    """Standard deviation, rad, of what is white in the recorded motor position: an encoder's rounding and noise."""
+    return _white_noise(problem, problem.recording.motor_position)
 
-    From the position's spectrum above the motion; where the rate leaves no room there, of the rounding alone.
-    """
-    position, rate = problem.recording.motor_position, problem.recording.sample_rate_hz
+
+def link_noise(problem: FitProblem) -> float:
+    """Root mean square, rad, of the link encoder's white noise in the compared link position."""
+    position, rate = problem.recording.link_position, problem.recording.sample_rate_hz
+    if position is None:
+        return 0.0
+    passed = lowpass_response(np.linspace(0.0, 0.5 * rate, 4000), problem.cutoff_hz) ** 2
+    return _white_noise(problem, position) * math.sqrt(float(np.mean(passed)))
+
+
+def _white_noise(problem: FitProblem, position: Floats) -> float:
+    """From a position's spectrum above the motion; where the rate leaves no room there, of the rounding alone."""
+    rate = problem.recording.sample_rate_hz
     low, high = max(HIGHEST[0] * rate, ABOVE[0] * problem.drive_hz), HIGHEST[1] * rate
     size = max(16, 2 * round(0.5 * SEGMENT_S * rate))
     if high < WIDE_ENOUGH * low or position.size < 8 * size:

@@ -8,7 +8,13 @@ import numpy as np
 
 from flex_ident.effects import effect_named
 from flex_ident.likelihood.problem import FitProblem
-from flex_ident.likelihood.thresholds import AT_ITS_END, PHYSICAL_AVERAGING
+from flex_ident.likelihood.thresholds import (
+    AT_ITS_END,
+    FAR_SHARE,
+    LARGEST_FAR_SHARE,
+    LEAST_FAR_SHARE,
+    PHYSICAL_AVERAGING,
+)
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.prior import Prior
 
@@ -31,7 +37,8 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
 
     Torque may be logged early or late by up to `late_samples` periods, behind a low-pass, as a mean over a period or as
     a held command (kappa = ±1/24); the link encoder may be skewed likewise and has a zero and a scale of its own. The
-    motor's dry friction may turn over with speed, with the way moved, or early.
+    motor's dry friction may turn over with speed, with the way moved, or early. A part of the link may swing above the
+    band, which looks like a softer spring or a stiffer one.
     """
     ts = problem.recording.sample_time
     limit = late_samples * ts
@@ -54,6 +61,7 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
         priors["initial_deflection"] = Prior(0.0, spread, -widest * spread, widest * spread)
         start = speed + 1e-9
         priors["initial_velocity"] = Prior(0.0, start, -10.0 * start, 10.0 * start)
+        priors["far_mode"] = Prior(0.0, FAR_SHARE, LEAST_FAR_SHARE, LARGEST_FAR_SHARE)
     if problem.link is not None:
         far = 10.0 * reach + 10.0
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)
@@ -62,7 +70,7 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
     return priors
 
 
-CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew", "link_scale")
+CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew", "link_scale", "far_mode")
 """Nuisances that have an end beyond which there is something else."""
 
 
@@ -76,9 +84,10 @@ def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[
     for key in CHAIN:
         if key not in priors or key not in values:
             continue
-        ends = [abs(b) for b in (priors[key].lower, priors[key].upper) if b != 0.0]
-        end = PHYSICAL_AVERAGING if key == "torque_averaging" else AT_ITS_END * min(ends)
-        if abs(values[key]) >= end:
+        value, prior = values[key], priors[key]
+        end = prior.upper if value > 0.0 or prior.lower == 0.0 else -prior.lower
+        end = PHYSICAL_AVERAGING if key == "torque_averaging" else AT_ITS_END * end
+        if abs(value) >= end:
             found.append(key)
     return tuple(found)
 
@@ -90,7 +99,8 @@ def model_priors(
     priors = measurement_priors(problem, late_samples=late_samples)
     for name in effects:
         effect = effect_named(name)
-        priors.pop(effect.replaces, None)
+        for key in (effect.replaces, effect.stand_in):
+            priors.pop(key, None)
         if effect.priors is not None:
             own = effect.priors(np.abs(problem.recording.motor_torque))
             priors.update({key_text(name, key): prior for key, prior in own.items()})

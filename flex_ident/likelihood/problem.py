@@ -17,7 +17,7 @@ from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
 from flex_ident.likelihood.links import LinkResponses, usable_cores
-from flex_ident.likelihood.thresholds import FEWEST, HARDLY, MOST_SETTLING
+from flex_ident.likelihood.thresholds import FAR_BANDS, FAR_DAMPING, FEWEST, HARDLY, MOST_SETTLING
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
@@ -204,6 +204,22 @@ class FitProblem:
         usable: Bools = ~bad[:: self.decimation]
         return usable
 
+    def terms(self, values: Mapping[str, float]) -> Floats:
+        """The simulation's terms (len(Term),) for flat values.
+
+        A mode above the band is a second mass on the link, where the model has none of its own. JL is the inertia of
+        both. Raises ConfigurationError.
+        """
+        terms = terms_of(values, rigid=self.rigid)
+        share, terms[Term.FAR_MODE] = float(terms[Term.FAR_MODE]), 0.0
+        if share != 0.0 and terms[Term.SECOND_INERTIA] == 0.0:
+            natural, inertia = 2.0 * math.pi * FAR_BANDS * self.band_hz, share * terms[Term.LINK_INERTIA]
+            terms[Term.SECOND_INERTIA] = inertia
+            terms[Term.SECOND_STIFFNESS] = inertia * natural**2
+            terms[Term.SECOND_DAMPING] = 2.0 * FAR_DAMPING * inertia * natural
+            terms[Term.LINK_INERTIA] -= inertia
+        return terms
+
     def link_response(self, terms: Floats) -> LinkMotion | None:
         """The link's motion under `terms` at the recording's rate; None for a rigid joint."""
         if self.rigid:
@@ -212,11 +228,11 @@ class FitProblem:
 
     def link_response_of(self, values: Mapping[str, float]) -> LinkMotion | None:
         """The link's motion (n,) under flat values; None for a rigid joint."""
-        return self.link_response(terms_of(values, rigid=self.rigid))
+        return self.link_response(self.terms(values))
 
     def prediction(self, values: Mapping[str, float]) -> Prediction:
         """What the model with these flat values says the measurement is; NaN when its simulation runs away."""
-        return self._prediction(terms_of(values, rigid=self.rigid))
+        return self._prediction(self.terms(values))
 
     def _prediction(self, terms: Floats, link: LinkMotion | None = None) -> Prediction:
         if link is None:
@@ -236,23 +252,23 @@ class FitProblem:
 
     def measured_torque(self, values: Mapping[str, float]) -> Floats:
         """The recorded torque (m,), clipped where the model says that the drive delivered no more."""
-        limit = float(terms_of(values, rigid=self.rigid)[Term.TORQUE_LIMIT])
+        limit = float(self.terms(values)[Term.TORQUE_LIMIT])
         if limit <= 0.0 or limit >= float(np.max(np.abs(self._raw_torque))):
             return self.torque
         return self.reduced(np.clip(self._raw_torque, -limit, limit))
 
     def _limited(self, values: Mapping[str, float]) -> bool:
         """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""
-        terms = terms_of(values, rigid=self.rigid)
+        terms = self.terms(values)
         return any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
 
     def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
         """Measured minus predicted, (m,) each: torque, and link position where there is one."""
-        return self._compared(values, self._prediction(terms_of(values, rigid=self.rigid)))
+        return self._compared(values, self._prediction(self.terms(values)))
 
     def residuals_of_many(self, many: Sequence[Mapping[str, float]]) -> list[tuple[Floats, ...]]:
         """The same under each of several sets of values, in one pass on all cores."""
-        terms = [terms_of(values, rigid=self.rigid) for values in many]
+        terms = [self.terms(values) for values in many]
         links = [None] * len(terms) if self.rigid else self._links.of_many(terms)
         with ThreadPoolExecutor(usable_cores()) as pool:  # the FFTs release the GIL
             return list(pool.map(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links))

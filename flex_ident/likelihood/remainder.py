@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.noise import is_quiet, noise_above_band, noise_floor
+from flex_ident.likelihood.noise import is_quiet, link_noise, noise_above_band, noise_floor
 from flex_ident.likelihood.repeats import Repeats, repeated
 from flex_ident.likelihood.reversals import stuck
 from flex_ident.likelihood.steady import SteadyFit
@@ -19,11 +19,27 @@ from flex_ident.likelihood.thresholds import (
     LEAST_KNOWN,
     OWN_ERROR,
     OWN_ERROR_AT_REVERSALS,
+    OWN_ERROR_OF_LINK,
     OWN_ERROR_RINGING,
     STANDSTILL,
     STRUCTURE,
 )
 from flex_ident.recording import Floats
+
+
+@dataclass(frozen=True)
+class LinkRemainder:
+    """What is left of the link's position, its noise, and the deflection of the spring; rad rms."""
+
+    gap: float
+    floor: float
+    deflection: float
+
+    @property
+    def structured(self) -> bool:
+        """Whether it holds more than noise and the method's own error."""
+        return self.gap > STRUCTURE * self.floor and self.gap > OWN_ERROR_OF_LINK * self.deflection
+
 
 Evidence = Literal["repeats", "above_band", "quiet", "none"]
 """What tells the noise from the gap: what does not repeat, what lies above the motion, quiet cells, nothing."""
@@ -39,6 +55,8 @@ class Remainder:
     own_error: float
     repeats: Repeats | None
     evidence: Evidence
+    link: LinkRemainder | None = None
+    """Of the link's position; None without a link encoder."""
 
     def structured(self, gap: float) -> bool:
         """Whether a gap, N m rms, holds more than noise and the method's own error."""
@@ -57,15 +75,24 @@ def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = Non
     known = shown & ~stuck(problem)
     if np.count_nonzero(known) > LEAST_KNOWN * np.count_nonzero(shown):
         shown = known
-    residual = problem.residuals(fit.values)[0]
+    residual, *others = problem.residuals(fit.values)
     standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
-    shaken = solver.encoder_noise(fit.values)[0][shown]
-    rounding = float(np.sqrt(np.mean(shaken**2)))
+    shaken = [s[shown] for s in solver.encoder_noise(fit.values)]
+    rounding = _rms(shaken[0])
     noise, evidence, repeats = _noise(solver, residual - standstill, rounding)
-    still = min(float(np.sqrt(np.mean(standstill[shown] ** 2))), STANDSTILL * _coulomb(fit.values))
-    torque = float(np.sqrt(np.mean(problem.torque[rows] ** 2)))
-    gap = float(np.sqrt(np.mean(residual[shown] ** 2)))
-    return Remainder(residual, gap, math.hypot(noise, still), _own_error(torque, fit.values), repeats, evidence)
+    still = min(_rms(standstill[shown]), STANDSTILL * _coulomb(fit.values))
+    torque, gap = _rms(problem.torque[rows]), _rms(residual[shown])
+    link = None
+    if others and problem.link is not None:
+        deflection = (problem.motion.position[:: problem.decimation] - problem.link)[shown]
+        floor = math.hypot(link_noise(problem), _rms(shaken[1]))
+        link = LinkRemainder(_rms(others[0][shown]), floor, float(np.std(deflection)))
+    own_error = _own_error(torque, fit.values)
+    return Remainder(residual, gap, math.hypot(noise, still), own_error, repeats, evidence, link)
+
+
+def _rms(signal: Floats) -> float:
+    return float(np.sqrt(np.mean(signal**2)))
 
 
 def _noise(solver: SteadyFit, residual: Floats, rounding: float) -> tuple[float, Evidence, Repeats | None]:

@@ -94,7 +94,7 @@ class SteadyFit(SimulationFit):
         ]
         channels = [found, *links]
         if self.local:
-            every = self._rows(tuple(channels))
+            every = self.rows(tuple(channels))
             channels = [
                 w.localised(self._local(w, r, rows)) for w, r, rows in zip(channels, residuals, every, strict=True)
             ]
@@ -136,7 +136,7 @@ class SteadyFit(SimulationFit):
         """The part (m,) of a torque residual (m,), N m, that friction at standstill most probably took."""
         if not isinstance(whitening, NoiseWhitening) or whitening.__dict__["_friction"] <= 0.0:
             return np.zeros_like(residual)
-        rows = self._rows((whitening,))[0]
+        rows = self.rows((whitening,))[0]
         return whitening.weights(rows).friction(whitening(residual)[rows], residual.size)
 
     def whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
@@ -151,7 +151,7 @@ class SteadyFit(SimulationFit):
 
     def _weighted(self, whitened: Floats, whitenings: tuple[Whitening, ...]) -> Floats:
         parts, first = [], 0
-        for whitening, rows in zip(whitenings, self._rows(whitenings), strict=True):
+        for whitening, rows in zip(whitenings, self.rows(whitenings), strict=True):
             part = whitened[first : first + rows.size]
             parts.append(whitening.weighted(part, rows) if isinstance(whitening, NoiseWhitening) else part)
             first += rows.size

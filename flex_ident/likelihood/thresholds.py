@@ -9,6 +9,10 @@ OWN_ERROR_AT_REVERSALS = 0.05
 OWN_ERROR_RINGING = 0.15
 """Share of the link's Coulomb friction that its reversals leave in a torque measured behind the gear: they ring at the
 locked-motor frequency, and no friction of a motor is there to hide it. Of a plant whose friction is tanh(v / 1e-3)."""
+OWN_ERROR_OF_LINK = 0.008
+"""Share of the spring's deflection, rms, that may be left of the link's position: 20 clean recordings of
+`bench/coverage.py`, seed 6, leave up to 0.006 (a motor that sticks); a link encoder behind a further spring 0.01 to
+0.05, with K 20 to 150 standard deviations off."""
 STANDSTILL = 0.05
 """Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
 STRUCTURE = 1.2
@@ -28,6 +32,13 @@ HIGHEST = (0.3, 0.48)
 LOUDER = 1.25
 """Power of what is left over that of the noise from which a stretch counts as worse than noise: chance alone makes 1.2
 of the mean of two seconds of whitened samples at 100 Hz."""
+FAR_BANDS, FAR_DAMPING = 1.5, 0.02
+"""Where a mode above the band is put, in bands, and its damping ratio: within the band only the inertia over the square
+of the frequency shows, so any other place is as good."""
+FAR_SHARE, LEAST_FAR_SHARE, LARGEST_FAR_SHARE = 0.1, -0.2, 0.5
+"""Share of the link's inertia behind it: one standard deviation, the least that chance may make, and the most. A link's
+first bending mode has a tenth or so; without it K of 16 recordings of an adversary's joints, modes at 2.5 to 4 times
+the free resonance, was 12 to 57 standard deviations off, and trusted."""
 AT_ITS_END, PHYSICAL_AVERAGING = 0.99, 2.0 / 24.0
 """Share of its range from which a nuisance is at its end; twice what a mean or a hold over a period can make."""
 WEAK_SINGULAR_VALUE = 1e-6

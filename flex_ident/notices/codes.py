@@ -323,6 +323,12 @@ class Code(StrEnum):
         "The model leaves much of the torque unexplained; rejects from half of it on.",
         "Run explain_gap to see what is missing.",
     )  # fmt: skip
+    STRUCTURED_LINK = (
+        "structured_link", "doubt",
+        "The link's position is not what the model says, by more than its noise: the link encoder sits behind a "
+        "further spring, or reads something else than this link.",
+        "Look where the link encoder is mounted; run explain_gap, or identify with --sensors motor and compare.",
+    )  # fmt: skip
     STRUCTURED_RESIDUAL = (
         "structured_residual", "doubt",
         "What the model leaves is more than noise: it has a structure that repeats or that the motion explains.",

@@ -24,7 +24,7 @@ NON_NEGATIVE = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "J")
 LOGARITHMIC = ("Jm", "K", "JL", "J")
 """Keys fitted by their logarithm: positive by construction, and a factor is a factor."""
 MEASUREMENT_UNITS = {
-    "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "link_scale": "",
+    "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "link_scale": "", "far_mode": "",
     "torque_averaging": "sample^2",
     "initial_deflection": "rad", "initial_velocity": "rad/s", "effort_lag": "s", "reversal_speed": "rad/s",
     "presliding": "rad", "reversal_lead": "s", "gravity_removed": "",

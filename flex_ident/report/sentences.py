@@ -398,6 +398,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: run explain_gap to see what "
         "is missing."
     ),
+    Code.STRUCTURED_LINK: (
+        "the model leaves {gap:.3g} {unit} rms of the link's position, of which noise accounts for {noise:.3g}: the "
+        "link encoder reads something else than this link, or sits behind a further spring."
+    ),
     Code.CAUSE_SUSPECTED: (
         "{subject} accounts best for what is left, and would move a parameter by up to {moved_stds:.1f} standard "
         "deviations: run explain_gap, which tells whether it is there."

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from flex_ident.filtering.spectral import Complexes
-from flex_ident.likelihood.problem import FitProblem, terms_of
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -23,11 +23,11 @@ def transmission_error_change(
 
     Equation 5 linearised about the motion; the motor bears the spring's torque by virtual work.
     """
-    terms = terms_of(values, rigid=problem.rigid)
+    terms = problem.terms(values)
     delay, skew = float(terms[Term.TORQUE_DELAY]), float(terms[Term.LINK_SKEW])
     stiffness, damping = float(terms[Term.STIFFNESS]), float(terms[Term.SPRING_DAMPING])
     inertia, viscous = float(terms[Term.LINK_INERTIA]), float(terms[Term.LINK_VISCOUS])
-    small = terms_of(probe, rigid=problem.rigid)
+    small = problem.terms(probe)
 
     def link(omega: Floats) -> Complexes:
         spring = stiffness + 1j * omega * damping
@@ -60,7 +60,7 @@ def mount_change(
     The base, of `inertia` kg m^2 with the motor's, swings at `frequency_hz` with damping `ratio` under the joint's
     reaction; positions are relative to it. Linear: the link's dry friction damps as its first harmonic does.
     """
-    terms = terms_of(values, rigid=problem.rigid)
+    terms = problem.terms(values)
     late = float(terms[Term.TORQUE_DELAY])
     own = float(terms[Term.MOTOR_INERTIA])
     reaction, dry = own * problem.motion.acceleration, 0.0

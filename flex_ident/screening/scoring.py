@@ -11,7 +11,6 @@ import numpy as np
 from flex_ident.effects import CATALOGUE
 from flex_ident.likelihood.fit import Fit, SimulationFit
 from flex_ident.likelihood.links import usable_cores
-from flex_ident.likelihood.problem import terms_of
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
 from flex_ident.screening.linear_probe import transmission_error_change
@@ -80,7 +79,7 @@ def orthonormal(fit: Fit, drop: str) -> Floats:
 
 def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]) -> Floats:
     """Change (r,) of the whitened residual when the model takes other values."""
-    if terms_of(values, rigid=solver.problem.rigid)[Term.KINEMATIC_ERROR] != 0.0:
+    if solver.problem.terms(values)[Term.KINEMATIC_ERROR] != 0.0:
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)
     return moved - fit.residual

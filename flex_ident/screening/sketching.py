@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flex_ident.effects import key_named
+from flex_ident.effects import effect_named, key_named
 from flex_ident.likelihood.fit import Fit, key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import SteadyFit
@@ -32,7 +32,7 @@ def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -
         solver.problem, priors=model_priors(solver.problem, effects, late_samples=1.0), marks=solver.marks
     )
     own = tuple(k for c in added for k in c.keys)
-    dropped = [c.replaces for c in added]
+    dropped = [key for c in added for key in (c.replaces, effect_named(c.effect).stand_in)]
     return extended, (*(k for k in free if k not in dropped and k not in own), *own)
 
 

@@ -76,8 +76,8 @@ def simulated_links(
             w[_ROWS[i] * LANES + j] = p[_TERMS[i]]
         w[_INERTIA * LANES + j] = 1.0 / w[_INERTIA * LANES + j]
         second = w[_SECOND * LANES + j]
-        w[_SECOND * LANES + j] = 1.0 / second if second > 0.0 else 0.0
-        if second <= 0.0:
+        w[_SECOND * LANES + j] = 1.0 / second if second != 0.0 else 0.0
+        if second == 0.0:
             w[3 * LANES + j], w[15 * LANES + j], w[16 * LANES + j] = 0.0, 0.0, 0.0
         if p[HYS] != 0.0 or p[STRIBECK] != 0.0:
             plain = False

@@ -74,7 +74,7 @@ def free_torque(
     """
     torque = tau - (1.0 + p[RATE] * time) * (p[FV] * v + p[FV_ASYM] * abs(v) + p[FV_QUAD] * v * abs(v))
     torque -= load * (1.0 - 0.5 * moved * moved) + slope * moved
-    if p[J2] > 0.0:
+    if p[J2] != 0.0:
         torque += p[K2] * deflection2 + p[D2] * rate2
     return float(torque)
 
@@ -118,7 +118,7 @@ def link_step(
 
     The motor's side of the spring is at `b0`, `b1`, `b2` at the step's start, middle and end; its rate is `r0` to `r2`.
     """
-    second = p[J2] > 0.0
+    second = p[J2] != 0.0
     inverse_inertia = 1.0 / p[JL]
     inverse_second = 1.0 / p[J2] if second else 0.0
     start = 0.0

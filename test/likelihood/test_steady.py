@@ -30,7 +30,7 @@ def power(solver: SteadyFit, *, inside: bool) -> float:
     """Mean power of the whitened residual at the truth within the worse stretch, or well away from it."""
     whitenings = solver.whitenings(TRUTH)
     residual = solver.whitened_residual(TRUTH, whitenings)
-    time = solver.problem.time[solver._rows(whitenings)[0]]
+    time = solver.problem.time[solver.rows(whitenings)[0]]
     within = (time > WORSE[0] + 1.0) & (time < WORSE[1] - 1.0)
     away = (time < WORSE[0] - 2.0) | (time > WORSE[1] + 2.0)
     return float(np.mean(residual[within if inside else away] ** 2))
