@@ -8,7 +8,7 @@ from flex_ident.effects.catalogue import effect_named
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import LOGARITHMIC, MEASUREMENT_UNITS, NON_NEGATIVE, UNITS
 from flex_ident.parameters.keys import Key, key_parts
-from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS
+from flex_ident.simulation.terms import BASE_TERMS, FAR_MODE, MEASUREMENT_TERMS, RIGID_TERMS
 
 
 def key_named(text: str, *, rigid: bool = False) -> Key:
@@ -27,6 +27,8 @@ def key_named(text: str, *, rigid: bool = False) -> Key:
 
 
 def _base_key(name: str, *, rigid: bool) -> Key:
+    if name == FAR_MODE:
+        return Key(None, name, "", -math.inf, math.inf, False, False, "link")
     terms = {**RIGID_TERMS, **MEASUREMENT_TERMS} if rigid else {**RIGID_TERMS, **BASE_TERMS, **MEASUREMENT_TERMS}
     if name not in terms:
         raise ConfigurationError(f"unknown parameter {name}.")

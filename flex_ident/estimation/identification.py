@@ -53,7 +53,7 @@ from flex_ident.recording.signs import refuse_unsigned
 from flex_ident.recording.stillness import refuse_held
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
-from flex_ident.simulation.terms import MEASUREMENT_TERMS
+from flex_ident.simulation.terms import MEASUREMENT_KEYS
 
 Progress = Callable[[float], None]
 REPORTED = (
@@ -260,7 +260,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     """One key of an estimate with its uncertainty and whether the data determine it."""
     value = float(estimate.fit.values[key])
     std = estimate.uncertainty.std(key)
-    if key not in MEASUREMENT_TERMS:
+    if key not in MEASUREMENT_KEYS:
         std = math.hypot(std, folding_error(estimate) * value)
     std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key))
     at_bound = key in estimate.fit.at_bound
@@ -268,7 +268,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     if at_bound:
         low, high = key_bounds(key, {})
         ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
-    identifiable = True if key in MEASUREMENT_TERMS else is_identifiable(estimate, key)
+    identifiable = True if key in MEASUREMENT_KEYS else is_identifiable(estimate, key)
     return Parameter(key, value, std, key_named(key).unit, identifiable, ci95=ci95, at_bound=at_bound)
 
 
@@ -297,7 +297,7 @@ def identification_of(
 ) -> Identification:
     """The public result of an estimate, judged."""
     problem, fit = estimate.problem, estimate.fit
-    base_and_effects = [k for k in fit.free if k not in MEASUREMENT_TERMS]
+    base_and_effects = [k for k in fit.free if k not in MEASUREMENT_KEYS]
     parameters = tuple(identified_parameter(estimate, k) for k in base_and_effects)
     measurement = tuple(identified_parameter(estimate, k) for k in fit.free if k in REPORTED)
     predicted = problem.prediction(fit.values).torque

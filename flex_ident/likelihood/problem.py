@@ -23,7 +23,7 @@ from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
-from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
+from flex_ident.simulation.terms import BASE_TERMS, FAR_MODE, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
 from flex_ident.simulation.turnover import friction_share
 
 Bools = NDArray[np.bool_]
@@ -60,7 +60,7 @@ def terms_of(values: Mapping[str, float], *, rigid: bool) -> Floats:
             terms[base[key][0]] += value * base[key][1]
         elif key in MEASUREMENT_TERMS:
             terms[MEASUREMENT_TERMS[key][0]] += value * MEASUREMENT_TERMS[key][1]
-        else:
+        elif key != FAR_MODE:
             raise ConfigurationError(f"unknown parameter {key}.")
     for effect, parameters in effects.items():
         effect_named(effect).contribute(terms, parameters)
@@ -210,8 +210,7 @@ class FitProblem:
         A mode above the band is a second mass on the link, where the model has none of its own. JL is the inertia of
         both. Raises ConfigurationError.
         """
-        terms = terms_of(values, rigid=self.rigid)
-        share, terms[Term.FAR_MODE] = float(terms[Term.FAR_MODE]), 0.0
+        terms, share = terms_of(values, rigid=self.rigid), values.get(FAR_MODE, 0.0)
         if share != 0.0 and terms[Term.SECOND_INERTIA] == 0.0:
             natural, inertia = 2.0 * math.pi * FAR_BANDS * self.band_hz, share * terms[Term.LINK_INERTIA]
             terms[Term.SECOND_INERTIA] = inertia

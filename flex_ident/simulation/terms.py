@@ -95,8 +95,6 @@ class Term(IntEnum):
     """Time constant, s, of a first-order low-pass in the recorded torque."""
     GRAVITY_REMOVED = "measurement", False
     """Share of the gravity at the motor's position that the recorded torque is without: the controller adds it."""
-    FAR_MODE = "link", False
-    """Share of the link's inertia behind a mode above the band: `FitProblem.terms` makes a second mass of it."""
     LINK_SCALE = "measurement", False
     """By how much the link encoder reads too far, over what it reads: its scale, or an eccentric disk, locally."""
 
@@ -143,7 +141,6 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "link_skew": (Term.LINK_SKEW, 1.0),
     "link_zero": (Term.LINK_ZERO, 1.0),
     "link_scale": (Term.LINK_SCALE, 1.0),
-    "far_mode": (Term.FAR_MODE, 1.0),
     "initial_deflection": (Term.INITIAL_DEFLECTION, 1.0),
     "initial_velocity": (Term.INITIAL_VELOCITY, 1.0),
     "reversal_speed": (Term.REVERSAL_SPEED, 1.0),
@@ -152,6 +149,10 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "effort_lag": (Term.EFFORT_LAG, 1.0),
     "gravity_removed": (Term.GRAVITY_REMOVED, 1.0),
 }
+FAR_MODE = "far_mode"
+"""Measurement key that is no term: the share of the link's inertia behind a mode above the band, of which
+`FitProblem.terms` makes a second mass."""
+MEASUREMENT_KEYS = frozenset((*MEASUREMENT_TERMS, FAR_MODE))
 
 
 def no_terms() -> Floats:

@@ -76,6 +76,7 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
         "a rejection stands", {**HIDDEN, **STRUCTURED, "validation_percent": np.inf}, "rejected",
         {"structured_residual", "cause_suspected", "validation_gap"},
     ),
+    ("a link that does not follow", {"link": (3e-4, 2e-6)}, "doubtful", {"structured_link"}),
     ("other joints", {"other_joints": OtherJoints(("wrist",), 0.3, 1e-9)}, "doubtful", {"other_joints_explain"}),
     ("a chain at its end", {"strained": ("torque_averaging",)}, "doubtful", {"chain_at_its_end"}),
     (

@@ -6,14 +6,19 @@ import pytest
 from flex_ident.effects import CATALOGUE
 from flex_ident.likelihood.nuisances import measurement_priors, model_priors
 from flex_ident.likelihood.problem import FitProblem, terms_of
-from flex_ident.simulation.terms import MEASUREMENT_TERMS
+from flex_ident.simulation.terms import MEASUREMENT_KEYS
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 CHAIN = {"torque_delay", "torque_averaging", "effort_lag"}
 TURNOVER = {"reversal_speed", "presliding", "reversal_lead"}
 STATE = {"initial_deflection", "initial_velocity"}
+SPRING = {*STATE, "far_mode"}
 LINK = {"link_skew", "link_zero", "link_scale"}
-KINDS = {"rigid": CHAIN | TURNOVER, "motor": CHAIN | TURNOVER | STATE, "motor+link": CHAIN | TURNOVER | STATE | LINK}
+KINDS = {
+    "rigid": CHAIN | TURNOVER,
+    "motor": CHAIN | TURNOVER | SPRING,
+    "motor+link": CHAIN | TURNOVER | SPRING | LINK,
+}
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +37,7 @@ def problems() -> dict[str, FitProblem]:
 def test_each_model_has_its_own(problems: dict[str, FitProblem], kind: str) -> None:
     priors = measurement_priors(problems[kind])
     assert set(priors) == KINDS[kind]
-    assert set(priors) <= set(MEASUREMENT_TERMS)
+    assert set(priors) <= MEASUREMENT_KEYS
     for key, prior in priors.items():
         assert prior.lower <= prior.start <= prior.upper, key
         assert prior.lower <= prior.mean <= prior.upper, key
@@ -74,9 +79,9 @@ def test_an_effect_brings_its_own_priors_and_takes_its_nuisance_over(problems: d
     taken = set()
     for name, effect in CATALOGUE.items():
         priors = model_priors(problem, [name])
-        assert plain - set(priors) == ({effect.replaces} if effect.replaces else set()), name
+        assert plain - set(priors) == {k for k in (effect.replaces, effect.stand_in) if k}, name
         own = set(priors) - plain
         assert all(key.startswith(f"{name}.") for key in own), name
         assert bool(own) == (effect.priors is not None), name
         taken |= plain - set(priors)
-    assert taken == {"torque_delay", "link_skew"}
+    assert taken == {"torque_delay", "link_skew", "far_mode"}
