@@ -33,9 +33,9 @@ LOUDER = 1.25
 """Power of what is left over that of the noise from which a stretch counts as worse than noise: chance alone makes 1.2
 of the mean of two seconds of whitened samples at 100 Hz."""
 FAR_BANDS, FAR_DAMPING = 1.2, 0.02
-"""Where a mode above the band is put, in bands, and its damping ratio. Within the band it is little but its inertia over
-the square of its frequency, so that a mode at 2.4 bands is held as well as one at 1.3 (test_far_mode.py); put at 1.5 it
-left K 5 standard deviations off under a mode at 1.3."""
+"""Where a mode above the band is put, in bands, and its damping ratio. Within the band it is little but its inertia
+over the square of its frequency, so that a mode at 2.4 bands is held as well as one at 1.3 (test_far_mode.py); put at
+1.5 it left K 5 standard deviations off under a mode at 1.3."""
 FAR_SHARE, LEAST_FAR_SHARE, LARGEST_FAR_SHARE = 0.1, -0.2, 0.5
 """Share of the link's inertia behind it: one standard deviation, the least that chance may make, and the most. A link's
 first bending mode has a tenth or so; without it K of 16 recordings of an adversary's joints, modes at 2.5 to 4 times
