@@ -23,7 +23,8 @@ from flex_ident.errors import UsageError
 
 PROG = "flex_ident"
 SIGNAL_KEYS = (
-    "joint", "motor_position", "link_position", "effort", "reference", "effort_scale", "gear_ratio", "sensors",
+    "joint", "motor_position", "link_position", "effort", "reference", "type_file", "effort_scale", "gear_ratio",
+    "sensors",
 )  # fmt: skip
 SIGNAL_SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key in SIGNAL_KEYS)
 """What says where the signals of a joint are."""

@@ -72,6 +72,8 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("link_position", "", "where the link position is", metavar=PLACE),
     Setting("effort", "", "where the effort is", metavar=PLACE),
     Setting("reference", "", "where the commanded position is", metavar=PLACE),
+    Setting("type_file", "", "what defines a message type that the bag does not: X.msg, or a folder of such; several "
+            "separated by commas", metavar="X.msg"),
     Setting("effort_scale", 1.0, "N m per recorded unit of effort (torque constant x gear ratio); negative turns the "
             "sign", lower=-1e6, upper=1e6, metavar="X"),
     Setting("effort_kind", "auto", "what the effort is: the motor's torque, that through the gear from a sensor, that "
