@@ -24,6 +24,8 @@ from flex_ident.recording.names import harmless, path_text
 
 LARGEST_METADATA = 16 << 20
 SEEN = 16
+TABLES = (".csv", ".txt", ".tsv", ".mat", ".h5", ".hdf5", ".parquet")
+"""Endings of files that can be imported."""
 SUFFIXES = (".mcap", ".db3", ".zstd", ".zst", ".bag")
 
 
@@ -235,6 +237,8 @@ def _storage(path: Path, file: BinaryIO, *, unnamed: bool = False) -> Storage:
     if head.startswith(sqlite.MAGIC):
         return sqlite.SqliteFile(path) if not unnamed else _sqlite_without_a_name(path, file)
     what = "is empty" if not head else "is neither an MCAP, a rosbag2 sqlite3 nor a ROS 1 file"
+    if head and path.suffix.lower() in TABLES:
+        what += ": make a bag of it with flex_ident import FILE --out BAG"
     raise BagError(f"{path_text(path)}: {what}.")
 
 
