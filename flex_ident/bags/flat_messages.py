@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,6 +19,8 @@ LARGEST = 1 << 22
 """Bytes of one message, at most."""
 MOST_VALUES = 1 << 16
 """Numbers and texts of one message, at most."""
+TOGETHER = 1 << 20
+"""Numbers of messages that are kept together, at most."""
 NUMBER_BYTES = 8
 
 
@@ -89,6 +91,7 @@ class FlatLayouts:
     def __call__(self, block: Block) -> Iterator[tuple[Layout, NDArray[np.uint8], NDArray[np.int64]]]:
         """The block's messages, layout by layout: the layout, rows (k, bytes), their places (k,) in the block."""
         groups: dict[tuple[Any, ...], tuple[Layout, list[list[float]], list[int]]] = {}
+        kept = 0
         for i in range(block.lengths.size):
             flat = self._decoded(block, i)
             if flat is None:
@@ -101,7 +104,16 @@ class FlatLayouts:
             _, rows, which = groups[sizes, names]
             rows.append([value for values in flat.numbers.values() for value in values])
             which.append(i)
-        for layout, rows, which in groups.values():
+            kept += len(rows[-1])
+            if kept > TOGETHER:
+                yield from self._joined(groups.values())
+                groups, kept = {}, 0
+        yield from self._joined(groups.values())
+
+    def _joined(
+        self, groups: Iterable[tuple[Layout, list[list[float]], list[int]]]
+    ) -> Iterator[tuple[Layout, NDArray[np.uint8], NDArray[np.int64]]]:
+        for layout, rows, which in groups:
             self.named[layout.names] += len(which)
             values = np.array(rows, np.float64).reshape(len(which), -1)
             yield layout, values.view(np.uint8), np.array(which, np.int64)

@@ -13,6 +13,8 @@ from flex_ident.recording.names import path_text
 
 LARGEST_FILE = 1 << 18
 MOST_FILES = 1024
+BELOW = ("*.msg", "msg/*.msg", "*/msg/*.msg")
+"""Where definitions stand in a folder of them, of a package, or of packages."""
 PART = "\n" + "=" * 80 + "\nMSG: "
 
 
@@ -32,7 +34,7 @@ def type_files(paths: Iterable[str]) -> tuple[TypeFile, ...]:
     for given in paths:
         path = Path(given).expanduser()
         if path.is_dir():
-            found = sorted(path.rglob("*.msg"))[:MOST_FILES]
+            found = [own for pattern in BELOW for own in sorted(path.glob(pattern))][:MOST_FILES]
             if not found:
                 raise UsageError(f"--type-file {path_text(path)}: holds no .msg file.")
             named.update(dict.fromkeys(found))

@@ -1,6 +1,7 @@
 """MCAP files of JSON and protobuf messages, with and without Foxglove's own schemas."""
 
 import json
+import resource
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,16 @@ def test_any_field_of_json_by_its_path(tmp_path: Path) -> None:
     ):  # fmt: skip
         with pytest.raises(SignalError, match=said):
             read_recording(bag, SignalSelection(motor_position=wrong, effort="drives:tau[2]"))
+
+
+def test_messages_of_many_numbers_take_little_memory(tmp_path: Path) -> None:
+    wide = json.dumps([0.5] * 30_000)
+    rows = (f'{{"image": {wide}, "q": {Q[i]:.17g}, "tau": {U[i]:.17g}}}'.encode() for i in range(300))
+    bag = mcap_of(tmp_path / "a.mcap", "drive", "json", None, rows)
+    given = SignalSelection(motor_position="drive:q", effort="drive:tau")
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert_true(read_recording(bag, given), latency=LATENCY_NS * 1e-9)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
 
 
 @pytest.mark.parametrize(

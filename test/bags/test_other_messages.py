@@ -13,6 +13,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from flex_ident.bags import SignalSelection, joint_motions, read_recording
 from flex_ident.bags.known_types import KNOWN_TYPES
+from flex_ident.bags.layouts import MessageLayouts
+from flex_ident.bags.messages import Topic, block_of
 from flex_ident.errors import FlexIdentError, SignalError, UsageError
 from flex_ident.recording import Recording
 
@@ -184,6 +186,21 @@ def test_a_robot_state_of_franka(tmp_path: Path, version: int, defined: bool) ->
     with pytest.raises(SignalError, match="holds no messages"):
         read_recording(bag, SignalSelection(motor_position=f"{topic}measured_joint_state.nobody.position",
                                             effort=f"{topic}dtau_j[3]"))  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "path"), [
+    ("control_msgs/msg/JointControllerState", "process_value"), ("franka_msgs/msg/FrankaState", "tau_j"),
+    ("ur_msgs/msg/RobotStateRTMsg", "controller_timer"),
+])  # fmt: skip
+def test_other_types_of_drivers_are_read_to_their_end(kind: str, path: str) -> None:
+    for version in range(len(KNOWN_TYPES[kind])):
+        store = store_with(kind, version)
+        value = np.arange(7.0) if path == "tau_j" else 3.0
+        payload = bytes(store.serialize_cdr(filled(store, kind, **{path: value}), kind))
+        layouts = MessageLayouts(Topic("/state", kind), ros1=False)
+        ((layout, rows, _),) = layouts(block_of("/state", [1, 2], [payload, payload]))
+        assert layouts.damaged == 0
+        np.testing.assert_array_equal(layout.numbers[path].of(rows)[1], np.atleast_1d(value))
 
 
 def odrive_bag(folder: Path, kind: str = ODRIVE) -> Path:
