@@ -25,6 +25,8 @@ from flex_ident.report.sentences import sentence
 LISTS = ("joints", "time", "position", "velocity", "effort", "link_position", "reference")
 SLOWEST_HZ, FASTEST_HZ = 2.0, 1e5
 """Rates out of which the time is taken to be in another unit."""
+LONGEST_S = 1e7
+"""Time from the first row to the last, at most."""
 TURNS = 4.0 * math.pi
 """Range of a position, rad, beyond which it may be in degrees."""
 MOST_DROPPED = 0.05
@@ -110,6 +112,11 @@ def _time(
         )
     time = scale * raw[keep]
     _enough(table, time.size)
+    if not time[-1] < LONGEST_S:
+        raise SignalError(
+            f"{table.source}: by {choice.time}, the rows span {time[-1]:.3g} s: say how many seconds its unit is with "
+            "--time-scale, or import one recording at a time."
+        )
     measured = 1.0 / float(np.median(np.diff(time)))
     if not SLOWEST_HZ <= measured <= FASTEST_HZ:
         raise SignalError(

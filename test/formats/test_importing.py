@@ -276,6 +276,7 @@ def broken_dataset(file: Path) -> Path:
         (text("t,q,tau\n" + "x,y,z\n" * 9), {}, SignalError, "0 rows of numbers"),
         (text("t,q,tau\n" + "1,1,2\n" * 9), {}, SignalError, "does not advance in 8 of 9 rows"),
         (text("t,q,tau\n" + "".join(f"{i},1,2\n" for i in range(9))), {}, SignalError, "come at 1 Hz.*--time-scale"),
+        (text("t,q,tau\n0,1,2\n0.1,2,3\n1e300,3,4\n"), {}, SignalError, r"span 1e\+300 s"),
         (text("t,q,tau\n0,1,2\n0.1,2,3\n0.2,3,4\n"), {"episode": 0}, UsageError, "of LeRobot datasets"),
         (text("t,q,tau\n0,1,2\n0.1,2,3\n0.2,3,4\n"), {"episode": 0.5}, UsageError, "whole number"),
         (text("a\0b"), {}, SignalError, "no table that is known"), (text(""), {}, SignalError, "names no columns"),
