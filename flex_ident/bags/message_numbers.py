@@ -12,6 +12,8 @@ from flex_ident.bags.joint_messages import DYNAMIC_JOINT_STATE, FOXGLOVE_JOINT_S
 from flex_ident.recording import Floats
 
 STAMPS = ("header.stamp", "stamp", "timestamp")
+LATEST_S = 2.0**33
+"""Seconds of a stamp, or its nanoseconds, at most: more than ROS can write."""
 CLOCKS = (("sec", "nanosec"), ("seconds", "nanos"), ("sec", "nsec"), ("secs", "nsecs"))
 """Names of a stamp's seconds and nanoseconds: ROS 2, protobuf, Foxglove, ROS 1."""
 
@@ -79,13 +81,15 @@ class Layout:
         return fits
 
     def stamps(self, rows: NDArray[np.uint8]) -> NDArray[np.int64]:
-        """Header stamps (k,), ns; zero where the message has none."""
+        """Header stamps (k,), ns; zero where the message has none, or none that can be."""
         for stamp in STAMPS:
             for whole, rest in CLOCKS:
                 seconds, nanoseconds = self.numbers.get(f"{stamp}.{whole}"), self.numbers.get(f"{stamp}.{rest}")
                 if seconds is not None and nanoseconds is not None:
-                    parts = [np.nan_to_num(part.of(rows)[:, 0]).astype(np.int64) for part in (seconds, nanoseconds)]
-                    return parts[0] * 1_000_000_000 + parts[1]
+                    parts = np.column_stack([part.of(rows)[:, 0] for part in (seconds, nanoseconds)])
+                    parts[~(np.abs(parts) < LATEST_S).all(axis=1)] = 0.0
+                    stamps: NDArray[np.int64] = parts.astype(np.int64) @ np.array((1_000_000_000, 1))
+                    return stamps
         return np.zeros(rows.shape[0], np.int64)
 
 

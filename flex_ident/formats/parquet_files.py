@@ -13,7 +13,7 @@ from flex_ident.errors import SignalError
 from flex_ident.formats.arrays import WIDEST
 from flex_ident.formats.tables import refuse_large
 from flex_ident.recording import Floats
-from flex_ident.recording.names import path_text
+from flex_ident.recording.names import harmless, path_text
 
 MAGIC = b"PAR1"
 ROWS = 1 << 15
@@ -45,16 +45,17 @@ class ParquetFiles:
             first = next(file.iter_batches(batch_size=1), None)
         for i, column in enumerate(schema):
             kind = column.type
+            shown = harmless(column.name)
             if self._is_number(kind):
-                self._places[column.name] = (column.name, -1)
+                self._places[shown] = (column.name, -1)
             elif self._arrow.types.is_timestamp(kind) or self._arrow.types.is_duration(kind):
-                self._places[column.name] = (column.name, -1)
-                self.scales[column.name] = NANOSECONDS
+                self._places[shown] = (column.name, -1)
+                self.scales[shown] = NANOSECONDS
             elif self._is_list(kind) and first is not None and first.num_rows:
                 size = len(first.column(i)[0].as_py() or [])
                 names = list((labels or {}).get(column.name, ()))
                 own = names if len(names) == size else [str(j) for j in range(min(size, WIDEST))]
-                self._places.update((f"{column.name}.{label}", (column.name, j)) for j, label in enumerate(own))
+                self._places.update((f"{shown}.{label}", (column.name, j)) for j, label in enumerate(own))
 
     @property
     def columns(self) -> Collection[str]:
@@ -83,7 +84,7 @@ class ParquetFiles:
 
     def _numbers(self, batch: Any, name: str) -> Floats:
         column = batch.column(name)
-        if name in self.scales:
+        if harmless(name) in self.scales:
             unit = "timestamp" if self._arrow.types.is_timestamp(column.type) else "duration"
             column = column.cast(getattr(self._arrow, unit)("ns"), safe=False).cast("int64")
         return np.asarray(column.to_numpy(zero_copy_only=False), np.float64)

@@ -104,7 +104,8 @@ def test_messages_of_many_numbers_take_little_memory(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "row", [b"", b"{", b"[" * 100_000, b'{"a":' * 50_000, b"\xff\xfe", b"nul", b"1e999999", b'{"joints": 5}',
-            b'{"joints": [{"name": 5, "position": "x"}]}', json.dumps({"q": [0] * 70_000}).encode(), b"9" * 5000],
+            b'{"joints": [{"name": 5, "position": "x"}]}', b'{"timestamp": {"sec": 1e99, "nsec": null}, "joints": []}',
+            json.dumps({"q": [0] * 70_000}).encode(), b"9" * 5000],
 )  # fmt: skip
 def test_damaged_json_is_passed_over(tmp_path: Path, row: bytes) -> None:
     rows = [json.dumps(foxglove(i)).encode() for i in range(SAMPLES)]
