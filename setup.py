@@ -29,7 +29,11 @@ setup(
         "numba",
     ],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "pytest-rerunfailures", "mujoco", "mcap"],
+        "foxglove": ["protobuf"],
+        "hdf5": ["h5py"],
+        "parquet": ["pyarrow"],
+        "formats": ["protobuf", "h5py", "pyarrow"],
+        "test": ["pytest", "pytest-xdist", "pytest-rerunfailures", "mujoco", "mcap", "protobuf", "h5py", "pyarrow"],
         "bench": ["mujoco[sysid]", "pysindy"],
     },
     zip_safe=True,

@@ -15,7 +15,7 @@ STAGES = (
 """The method, each stage above what it may import."""
 ASIDE = ("excitation", "virtual_joint")
 """Core that the method does not import: what moves a joint, and a joint to move."""
-ADAPTERS = ("bags", "configuration", "report", "jobs", "commands", "nodes")
+ADAPTERS = ("bags", "formats", "configuration", "report", "jobs", "commands", "nodes")
 FOREIGN = ("rclpy", "rosbags", "matplotlib", "jinja2", "tqdm", "std_msgs", "sensor_msgs")
 ALLOWED: dict[str, tuple[str, ...]] = {
     "notices": (),
@@ -85,7 +85,7 @@ def test_only_nodes_need_ros(adapter: str) -> None:
         assert not any(n.split(".")[0] == "rclpy" for n in imported(path)), path
 
 
-@pytest.mark.parametrize("adapter", ["bags", "configuration", "report", "jobs"])
+@pytest.mark.parametrize("adapter", ["bags", "formats", "configuration", "report", "jobs"])
 def test_what_commands_and_nodes_share_knows_neither(adapter: str) -> None:
     for path in (ROOT / adapter).rglob("*.py"):
         for name in imported(path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flex_ident.bags.joint_messages import DYNAMIC_JOINT_STATE
 from flex_ident.bags.messages import Topic
 from flex_ident.bags.motions import (
     is_joint_state,
@@ -79,13 +80,17 @@ class SignalFinder:
         return moving_joint(motions), topics[0]
 
     def _known(self, text: str) -> str:
-        topic = topic_of(text)
+        topic = topic_of(text, self.topics)
         if topic not in self.topics:
             raise SignalError(f"no topic '{topic}' in the recording: it has {', '.join(sorted(self.topics))}.")
         return topic
 
     def _place(self, text: str, joint: str, field: str) -> Place:
-        return place_of(text, joint=joint, field=field, is_joint_state=is_joint_state(self.topics[self._known(text)]))
+        topic = self.topics[self._known(text)]
+        states, any_field = is_joint_state(topic), topic.message_type == DYNAMIC_JOINT_STATE
+        return place_of(
+            text, topic=topic.name, joint=joint, field=field, is_joint_state=states, any_field=any_field
+        )  # fmt: skip
 
     def _places(self, joint: str, states: str | None) -> SignalPlaces:
         """The places of a joint of this name, by default in the topic `states`."""

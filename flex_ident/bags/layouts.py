@@ -7,30 +7,28 @@ order, say. CDR as of ROS 2 (alignment from the end of the 4 bytes of encapsulat
 
 from __future__ import annotations
 
-import re
 import struct
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
+from flex_ident.bags.definitions import EMPTY, Definitions, versions_of
+from flex_ident.bags.message_numbers import Layout, Numbers, Scattered, with_joints
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.errors import SignalError
-from flex_ident.recording import Floats
 from flex_ident.recording.names import decoded
 
 ENCAPSULATION = 4
 REMEMBERED = 64
+PADDING = 8
+"""Bytes behind a message from which on it is not the one that was meant."""
 FEW_ALIKE, RARE = 3, 0.01
 """Messages of the same names, in number and in share of all, up to which they are taken as damaged."""
-EMPTY = "structure_needs_at_least_one_member"
-"""The byte that stands for a message without fields; ROS 1 does without."""
 NUMBERS = {
     "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1",
     "int8": "i1", "int16": "i2", "int32": "i4", "int64": "i8",
@@ -39,66 +37,17 @@ NUMBERS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """`count` numbers of numpy's type `dtype` in a row at byte `offset`."""
-
-    offset: int
-    dtype: str
-    count: int
-
-    def of(self, rows: NDArray[np.uint8]) -> Floats:
-        """Their values (k, count) in the messages `rows` (k, bytes)."""
-        stop = self.offset + self.count * np.dtype(self.dtype).itemsize
-        values: Floats = (
-            np.ascontiguousarray(rows[:, self.offset : stop]).view(self.dtype).astype(np.float64, copy=False)
-        )
-        return values
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Numbers and texts of one message by their dotted path; `fixed` are the bytes that all its messages share."""
-
-    length: int
-    numbers: dict[str, Numbers]
-    texts: dict[str, str]
-    fixed: NDArray[np.intp]
-    expected: NDArray[np.uint8]
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """Joint names, in order, when it is a JointState's."""
-        return tuple(text for path, text in self.texts.items() if path.startswith("name."))
-
-    def fits(self, rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
-        """Which (k,) of the messages `rows` (k, length) have this layout."""
-        fits: NDArray[np.bool_] = (rows[:, self.fixed] == self.expected).all(axis=1)
-        return fits
-
-    def stamps(self, rows: NDArray[np.uint8]) -> NDArray[np.int64]:
-        """Header stamps (k,), ns; zero where the message has none."""
-        for stamp in ("header.stamp", "stamp"):
-            seconds, rest = self.numbers.get(f"{stamp}.sec"), self.numbers.get(f"{stamp}.nanosec")
-            if seconds is not None and rest is not None:
-                break
-        else:
-            return np.zeros(rows.shape[0], np.int64)
-        whole = seconds.of(rows)[:, 0].astype(np.int64)
-        return whole * 1_000_000_000 + rest.of(rows)[:, 0].astype(np.int64)
-
-
 @dataclass
 class _Walk:
     """Walks one payload by its type's definition."""
 
     payload: bytes
-    definitions: Any
+    definitions: Definitions
     ros1: bool
     keys: tuple[str, ...]
     order: str = "<"
     at: int = 0
-    numbers: dict[str, Numbers] = field(default_factory=dict)
+    numbers: dict[str, Numbers | Scattered] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
     fixed: list[int] = field(default_factory=list)
 
@@ -184,12 +133,16 @@ class MessageLayouts:
     def __init__(self, topic: Topic, *, ros1: bool, keys: tuple[str, ...] = ()) -> None:
         self._topic, self._ros1, self._keys = topic, ros1, keys
         self._layouts: list[Layout] = []
-        self.definitions = _definitions(topic, ros1=ros1)
-        """Fields of each message type, as rosbags describes them."""
+        self.versions, self._certain = versions_of(topic, ros1=ros1)
+        """Fields of each message type, as rosbags describes them; several where the bag says nothing."""
         self.damaged = 0
         """Messages that could not be decoded."""
         self.named: Counter[tuple[str, ...]] = Counter()
         """Messages of joint states by the names in them."""
+
+    def tell_apart(self, key: str) -> None:
+        """Tell layouts apart by the texts in this field too."""
+        self._keys = (*self._keys, key)
 
     def __call__(self, block: Block) -> Iterator[tuple[Layout, NDArray[np.uint8], NDArray[np.int64]]]:
         """The block's messages, layout by layout: the layout, payloads (k, length), their places (k,) in the block."""
@@ -225,42 +178,22 @@ class MessageLayouts:
         for layout in self._layouts:
             if layout.length == row.size and bool((row[layout.fixed] == layout.expected).all()):
                 return layout
-        try:
-            layout = _Walk(row.tobytes(), self.definitions, self._ros1, self._keys).layout(self._topic.message_type)
-        except (struct.error, IndexError, KeyError, RecursionError):
-            return None
-        self._layouts = [layout, *self._layouts[: REMEMBERED - 1]]
-        return layout
-
-
-def _definitions(topic: Topic, *, ros1: bool) -> Any:
-    """Fields of the topic's message type and of all types in it. Raises SignalError when one is not known."""
-    store: Any = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
-    definitions = dict(store.fielddefs)
-    try:
-        if topic.message_type not in definitions:
-            given: Any = {}
-            if topic.definition_format == "idl":
-                for part in re.split(r"^={80}\nIDL: .*\n", topic.definition, flags=re.MULTILINE):
-                    given |= get_types_from_idl(part) if part.strip() else {}
-            else:
-                given = get_types_from_msg(topic.definition, topic.message_type)
-            definitions = {**given, **definitions}
-        _check_known(definitions, topic.message_type)
-    except Exception as error:
-        raise SignalError(
-            f"{topic.name} is of type {topic.message_type}, which neither ROS nor the bag defines: name another topic."
-        ) from error
-    return definitions
-
-
-def _check_known(definitions: Any, message_type: str) -> None:
-    """Raise KeyError when a type within `message_type` has no definition."""
-    for _, (kind, detail) in definitions[message_type][1]:
-        if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            kind, detail = detail[0]
-        if kind == Nodetype.NAME:
-            _check_known(definitions, detail)
+        for definitions in self.versions:
+            walk = _Walk(row.tobytes(), definitions, self._ros1, self._keys)
+            try:
+                layout = with_joints(walk.layout(self._topic.message_type), self._topic.message_type)
+            except (struct.error, IndexError, KeyError, RecursionError):
+                continue
+            if self._certain or row.size - walk.at < PADDING:
+                self.versions = (definitions,)
+                self._layouts = [layout, *self._layouts[: REMEMBERED - 1]]
+                return layout
+        if not self._certain and not self._layouts and self.damaged >= FEW_ALIKE:
+            raise SignalError(
+                f"{self._topic.name}: no known definition of {self._topic.message_type} fits its messages: name the "
+                "robot's own with --type-file X.msg."
+            )
+        return None
 
 
 def _rows(block: Block, which: NDArray[np.int64], length: int) -> NDArray[np.uint8]:
@@ -275,7 +208,7 @@ def _rows(block: Block, which: NDArray[np.int64], length: int) -> NDArray[np.uin
     return gathered
 
 
-def joint_numbers(layout: Layout, field_name: str, count: int) -> Numbers | None:
+def joint_numbers(layout: Layout, field_name: str, count: int) -> Numbers | Scattered | None:
     """Where `field_name` stands in a JointState of `count` joints; None when the driver left it empty or short."""
     numbers = layout.numbers.get(field_name)
     return numbers if numbers is not None and numbers.count == count and count else None

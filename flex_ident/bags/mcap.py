@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.bags.compression import Budget, TooMuchError, decompressed, salvaged
+from flex_ident.bags.joint_messages import described_topic
 from flex_ident.bags.messages import Block, Topic
 from flex_ident.bags.records import MessageRecord, Tally, record_blocks
 from flex_ident.errors import BagError
@@ -81,7 +82,7 @@ class McapFile:
         self.name = path_text(Path(path.name))
         self.ros1 = False
         """Whether its messages are serialised as in ROS 1, as `mcap convert` leaves them; known after `topics`."""
-        self._schemas: dict[int, tuple[str, str, str]] = {}
+        self._schemas: dict[int, tuple[str, str, bytes]] = {}
         self._channels: dict[int, Topic] = {}
         self._counts: dict[int, int] = {}
         self._notices: list[Notice] = []
@@ -300,16 +301,15 @@ class McapFile:
                 name, at = _text(data, 2)
                 encoding, at = _text(data, at)
                 raw, _ = _raw(data, at)
-                self._schemas[number] = (name, encoding, raw.decode("utf-8", "replace"))
+                self._schemas[number] = (name, encoding, raw)
             elif number not in self._channels:
                 (schema,) = struct.unpack_from("<H", data, 2)
                 topic, at = _text(data, 4)
                 serialisation, _ = _text(data, at)
                 self.ros1 |= serialisation == "ros1"
-                name, encoding, definition = self._schemas.get(schema, ("", "", ""))
-                package, _, kind = name.rpartition("/")
-                name = name if "/" in package else f"{package}/msg/{kind}"
-                self._channels[number] = Topic(topic, name, definition, "idl" if encoding.endswith("idl") else "msg")
+                self._channels[number] = described_topic(
+                    topic, serialisation, *self._schemas.get(schema, ("", "", b""))
+                )
         except struct.error:
             kind = "schema" if opcode == SCHEMA else "channel"
             self._notices.append(Notice(Code.BAG_DAMAGED, self.name, texts={"case": "record", "kind": kind}))

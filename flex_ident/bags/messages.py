@@ -17,7 +17,11 @@ ROWS = 4096
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic: its message type (`sensor_msgs/msg/JointState`) and the definition embedded in the bag, if any."""
+    """One topic: its message type (`sensor_msgs/msg/JointState`) and the definition embedded in the bag, if any.
+
+    `encoding` is cdr, ros1, json or protobuf; `schema` and `schema_name` are as the file has them where
+    messages are not serialised as ROS does.
+    """
 
     name: str
     message_type: str
@@ -25,6 +29,11 @@ class Topic:
     definition_format: str = "msg"
     count: int | None = None
     """Messages that the bag says it holds, where it does."""
+    encoding: str = "cdr"
+    schema: bytes = b""
+    schema_name: str = ""
+    given: bool = False
+    """Whether the definition is the user's, and so more to be believed than any other."""
 
 
 @dataclass(frozen=True)

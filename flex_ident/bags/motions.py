@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from flex_ident.bags.layouts import MessageLayouts, joint_numbers
+from flex_ident.bags.decoding import message_layouts
+from flex_ident.bags.joint_messages import DYNAMIC_JOINT_STATE, JOINT_STATES_BY_NAME
+from flex_ident.bags.layouts import joint_numbers
 from flex_ident.bags.messages import Topic
 from flex_ident.bags.selection import JOINT_STATES, is_link_topic, is_reference_topic
 from flex_ident.bags.storage import Bag
@@ -16,7 +18,6 @@ from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.recording import Floats
 from flex_ident.recording.stillness import FEW_STEPS, STILL, UNRELATED, WANDERING, still_error
 
-JOINT_STATE = "sensor_msgs/msg/JointState"
 HELD = 0.02
 """A joint that moves less than this share of the one that moves most counts as held."""
 FEWEST = 3
@@ -100,14 +101,18 @@ class JointMotion:
 
 
 def is_joint_state(topic: Topic) -> bool:
-    """Whether the topic's messages are sensor_msgs/JointState."""
-    return topic.message_type == JOINT_STATE
+    """Whether the topic's messages hold joints by name, each with position, velocity and effort."""
+    return topic.message_type in JOINT_STATES_BY_NAME
 
 
 def joint_state_topics(topics: Iterable[Topic]) -> list[str]:
-    """Topics of joint states, the robot's own first."""
-    names = [t.name for t in topics if is_joint_state(t) and not is_reference_topic(t.name)]
-    return sorted(names, key=lambda n: (n != JOINT_STATES, is_link_topic(n), not n.endswith("joint_states"), n))
+    """Topics of joint states, the robot's own first; those of ros2_control's other type where there are no others."""
+    found = [t for t in topics if is_joint_state(t) and not is_reference_topic(t.name)]
+    plain = [t.name for t in found if t.message_type != DYNAMIC_JOINT_STATE]
+    return sorted(
+        plain or [t.name for t in found],
+        key=lambda n: (f"/{n.lstrip('/')}" != JOINT_STATES, is_link_topic(n), not n.endswith("joint_states"), n),
+    )
 
 
 def joint_motions(path: Path) -> list[JointMotion]:
@@ -119,7 +124,7 @@ def joint_motions(path: Path) -> list[JointMotion]:
 def motions_of(bag: Bag, topics: Iterable[str]) -> list[JointMotion]:
     """What each joint of some topics of joint states did."""
     known = {t.name: t for t in bag.topics()}
-    layouts = {name: MessageLayouts(known[name], ros1=bag.ros1, keys=("name",)) for name in topics}
+    layouts = {name: message_layouts(known[name], ros1=bag.ros1) for name in topics}
     found: dict[tuple[str, str], JointMotion] = {}
     for block in bag.blocks(frozenset(layouts)):
         for layout, rows, _ in layouts[block.topic](block):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flex_ident.bags.layouts import MessageLayouts
+from flex_ident.bags.decoding import message_layouts
 from flex_ident.bags.messages import Topic
 from flex_ident.bags.motions import HELD, is_joint_state, link_names, motor_names
 from flex_ident.bags.selection import Place
@@ -29,7 +29,7 @@ def other_places(bag: Bag, topic: Topic, joints: Sequence[str]) -> list[Place]:
     if not is_joint_state(topic):
         return []
     own = {name for joint in joints for name in (*motor_names(joint), *link_names(joint))}
-    layouts = MessageLayouts(topic, ros1=bag.ros1, keys=("name",))
+    layouts = message_layouts(topic, ros1=bag.ros1)
     block = next(iter(bag.blocks(frozenset((topic.name,)))), None)
     names = [] if block is None else [name for layout, _, _ in layouts(block) for name in layout.names]
     met = set(names)

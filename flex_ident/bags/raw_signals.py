@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.bags.layouts import MessageLayouts
-from flex_ident.bags.messages import Block, Topic
-from flex_ident.bags.motions import is_joint_state
+from flex_ident.bags.decoding import Layouts, message_layouts
+from flex_ident.bags.messages import Block
 from flex_ident.bags.places import PlaceReader
 from flex_ident.bags.selection import Place
 from flex_ident.bags.storage import Bag
@@ -37,7 +36,7 @@ def raw_signals(
     """
     known = {t.name: t for t in bag.topics()}
     wanted = list(dict.fromkeys(places))
-    layouts = {name: _layouts(known[name], ros1=bag.ros1) for name in dict.fromkeys(p.topic for p in wanted)}
+    layouts = {name: message_layouts(known[name], ros1=bag.ros1) for name in dict.fromkeys(p.topic for p in wanted)}
     readers = {p: PlaceReader(p, known[p.topic], layouts[p.topic]) for p in wanted}
     gathered = {p: _Gathered() for p in wanted}
     total = sum(known[name].count or 0 for name in layouts)
@@ -47,6 +46,8 @@ def raw_signals(
         read += block.received.size
         if progress is not None and total:
             progress(min(1.0, read / total))
+    for place in wanted:
+        readers[place].refuse_absent(layouts[place.topic])
     joiner = _Joiner()
     found = {place: joiner.signal(place, gathered[place]) for place in wanted}
     notices = [
@@ -62,13 +63,7 @@ def raw_signals(
     return found, notices
 
 
-def _layouts(topic: Topic, *, ros1: bool) -> MessageLayouts:
-    return MessageLayouts(topic, ros1=ros1, keys=("name",) if is_joint_state(topic) else ())
-
-
-def _take(
-    block: Block, layouts: MessageLayouts, readers: dict[Place, PlaceReader], gathered: dict[Place, _Gathered]
-) -> None:
+def _take(block: Block, layouts: Layouts, readers: dict[Place, PlaceReader], gathered: dict[Place, _Gathered]) -> None:
     here = [p for p in readers if p.topic == block.topic]
     groups: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
     found: dict[Place, dict[int, Floats]] = {p: {} for p in here}

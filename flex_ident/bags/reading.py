@@ -34,9 +34,11 @@ def read_recording(
     path: Path | str, selection: SignalSelection | None = None, *, progress: Progress | None = None
 ) -> Recording:
     """The joint's recording on one uniform clock. Raises BagError, SignalError, ExcitationError and UsageError."""
+    selection = selection or SignalSelection()
     with Bag(Path(path)) as bag:
+        bag.define(selection.type_files)
         try:
-            return _recording(bag, selection or SignalSelection(), progress)
+            return _recording(bag, selection, progress)
         except (SignalError, ExcitationError) as error:
             damage = [sentence(n) for n in bag.damage() if n.code is Code.BAG_DAMAGED]
             if not damage:

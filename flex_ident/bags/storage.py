@@ -8,7 +8,7 @@ import secrets
 import shutil
 import signal
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -16,6 +16,7 @@ from typing import BinaryIO
 from flex_ident.bags import mcap, ros1, sqlite
 from flex_ident.bags.compression import ZSTD_MAGIC, Budget, TooMuchError, decompress_file, decompressed
 from flex_ident.bags.messages import Block, Storage, Topic, block_of
+from flex_ident.bags.type_files import TypeFile, defined, type_files
 from flex_ident.errors import BagError
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters.documents import DocumentError, opened_file, text_of, yaml_content
@@ -23,6 +24,8 @@ from flex_ident.recording.names import harmless, path_text
 
 LARGEST_METADATA = 16 << 20
 SEEN = 16
+TABLES = (".csv", ".txt", ".tsv", ".mat", ".h5", ".hdf5", ".parquet")
+"""Endings of files that can be imported."""
 SUFFIXES = (".mcap", ".db3", ".zstd", ".zst", ".bag")
 
 
@@ -41,6 +44,7 @@ class Bag:
         self._read: dict[str, int] = {}
         """Messages of each topic met in the last walk through the whole bag."""
         self._walked = False
+        self._types: tuple[TypeFile, ...] = ()
         self._information, complaint = _metadata(path)
         if complaint:
             said = {"case": "metadata", "why": complaint}
@@ -70,6 +74,10 @@ class Bag:
         for part in self._parts:
             part.close()
 
+    def define(self, paths: Iterable[str]) -> None:
+        """Take definitions of message types from .msg files. Raises UsageError."""
+        self._types = type_files(paths)
+
     @property
     def ros1(self) -> bool:
         """Whether the messages are serialised as in ROS 1; known after `topics`."""
@@ -82,7 +90,7 @@ class Bag:
             for topic in part.topics():
                 found.setdefault(topic.name, topic)
         counts = self._announced()
-        return tuple(replace(topic, count=counts.get(topic.name)) for topic in found.values())
+        return tuple(defined(replace(t, count=counts.get(t.name)), self._types) for t in found.values())
 
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
         """Messages of the wanted topics from all files."""
@@ -229,6 +237,8 @@ def _storage(path: Path, file: BinaryIO, *, unnamed: bool = False) -> Storage:
     if head.startswith(sqlite.MAGIC):
         return sqlite.SqliteFile(path) if not unnamed else _sqlite_without_a_name(path, file)
     what = "is empty" if not head else "is neither an MCAP, a rosbag2 sqlite3 nor a ROS 1 file"
+    if head and path.suffix.lower() in TABLES:
+        what += ": make a bag of it with flex_ident import FILE --out BAG"
     raise BagError(f"{path_text(path)}: {what}.")
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from flex_ident import __version__
-from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, Setting, Value
+from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, IMPORT_SETTINGS, Setting, Value
 from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
 
 if TYPE_CHECKING:
@@ -135,7 +135,8 @@ def given_settings(
 
 
 KNOWN_KEYS = (
-    "bag", "bag_directories", "output_directory", "use_sim_time", *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS)),
+    "bag", "bag_directories", "output_directory", "use_sim_time",
+    *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS, *IMPORT_SETTINGS)),
 )  # fmt: skip
 """Keys that a file shared with the identifier node and other commands may hold."""
 

@@ -1,4 +1,4 @@
-"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, compare, export, effects, codes."""
+"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, import, compare, export, effects, codes."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from flex_ident.commands.common import (
     help_end,
     seed_number,
 )
-from flex_ident.configuration.settings import IDENTIFY_SETTINGS
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS, IMPORT_SETTINGS
 from flex_ident.errors import UsageError
 
 PROG = "flex_ident"
 SIGNAL_KEYS = (
-    "joint", "motor_position", "link_position", "effort", "reference", "effort_scale", "gear_ratio", "sensors",
+    "joint", "motor_position", "link_position", "effort", "reference", "type_file", "effort_scale", "gear_ratio",
+    "sensors",
 )  # fmt: skip
 SIGNAL_SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key in SIGNAL_KEYS)
 """What says where the signals of a joint are."""
@@ -36,6 +37,11 @@ EXAMPLES = {
     "design-filter": ("flex_ident design-filter --first-mode 3.9 --sample-rate 350.87 --figure figure_1.png",),
     "reproduce-paper": ("flex_ident reproduce-paper --out results/paper",),
     "check-bag": ("flex_ident check-bag my_bag", "flex_ident check-bag my_bag --joint joint_2"),
+    "import": (
+        "flex_ident import log.csv --out my_bag",
+        "flex_ident import log.mat --out my_bag --time t --position q[1] --effort tau[1]",
+        "flex_ident import dataset --out my_bag --episode 3 --position-scale 0.0174533   # LeRobot, degrees",
+    ),
     "compare": ("flex_ident compare results/monday results/friday", "flex_ident compare a/result.json a/gap.json"),
     "export": ("flex_ident export results/elbow --to mujoco --out elbow.xml", "flex_ident export a/gap.json --to csv"),
     "effects": ("flex_ident effects",),
@@ -58,6 +64,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     _design_filter(_added(sub, "design-filter", "eqs. 22 to 29: cutoff and sampling rate from the first mode"))
     _reproduce_paper(_added(sub, "reproduce-paper", "section 4 of the paper: Tables 1 to 3, Figures 1 and 2"))
     _check_bag(_added(sub, "check-bag", "what a bag holds and whether a joint can be identified from it"))
+    _import(_added(sub, "import", "a CSV, MATLAB, HDF5 or Parquet file or a LeRobot dataset as a bag"))
     _compare(_added(sub, "compare", "results side by side, with the differences that are beyond chance"))
     _export(_added(sub, "export", "a result as URDF dynamics, MuJoCo XML, YAML or CSV"))
     _effects(_added(sub, "effects", "the catalogue of effects"))
@@ -158,6 +165,21 @@ def _check_bag(parser: argparse.ArgumentParser) -> None:
         print(text)
         if error is not None:
             raise error
+        return 0
+
+    parser.set_defaults(function=run)
+
+
+def _import(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="the table, or the folder of a LeRobot dataset")
+    parser.add_argument("--out", type=Path, required=True, metavar="BAG", help="the rosbag2 to write (MCAP)")
+    add_settings(parser, IMPORT_SETTINGS)
+
+    def run(given: argparse.Namespace) -> int:
+        from flex_ident.formats import imported
+
+        done = imported(given.file, given.out, given_settings(given, IMPORT_SETTINGS))
+        print("\n".join([*done.lines, f"written: {given.out}"]))
         return 0
 
     parser.set_defaults(function=run)

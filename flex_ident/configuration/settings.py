@@ -27,11 +27,13 @@ class Setting:
     lower: float = -math.inf
     upper: float = math.inf
     metavar: str = ""
+    many: bool = False
+    """Whether a text is a list: separated by commas, or a list in YAML."""
 
     @property
     def option(self) -> str:
         """The option on the command line."""
-        return "--" + self.key.removesuffix("_hz").replace("_", "-")
+        return "--" + self.key.rpartition(".")[2].removesuffix("_hz").replace("_", "-")
 
     @property
     def range_text(self) -> str:
@@ -53,6 +55,8 @@ class Setting:
             if not isinstance(value, bool):
                 raise problem
             return value
+        if self.many and isinstance(value, list) and all(isinstance(own, (str, int)) for own in value):
+            value = ",".join(str(own) for own in value)
         if isinstance(self.default, str):
             if not isinstance(value, str) or (self.choices and value not in self.choices):
                 raise problem
@@ -72,6 +76,8 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("link_position", "", "where the link position is", metavar=PLACE),
     Setting("effort", "", "where the effort is", metavar=PLACE),
     Setting("reference", "", "where the commanded position is", metavar=PLACE),
+    Setting("type_file", "", "what defines a message type that the bag does not: X.msg, or a folder of such; several "
+            "separated by commas", metavar="X.msg", many=True),
     Setting("effort_scale", 1.0, "N m per recorded unit of effort (torque constant x gear ratio); negative turns the "
             "sign", lower=-1e6, upper=1e6, metavar="X"),
     Setting("effort_kind", "auto", "what the effort is: the motor's torque, that through the gear from a sensor, that "
@@ -99,3 +105,25 @@ GAP_SETTINGS: tuple[Setting, ...] = (
     Setting("add", "", "effects put in by hand, comma-separated", metavar="EFFECT"),
     Setting("simulated", "", "a recording of the same experiment from a simulator: what is off in it", metavar="BAG"),
 )
+
+IMPORT_SETTINGS: tuple[Setting, ...] = (
+    Setting("import.joints", "", "names of the joints", metavar="NAMES", many=True),
+    Setting("import.time", "", "the column of time", metavar="COLUMN"),
+    Setting("import.position", "", "the columns of the joints' motor positions", metavar="COLUMNS", many=True),
+    Setting("import.velocity", "", "those of their velocities", metavar="COLUMNS", many=True),
+    Setting("import.effort", "", "those of their efforts", metavar="COLUMNS", many=True),
+    Setting("import.link_position", "", "those of positions behind the gear", metavar="COLUMNS", many=True),
+    Setting("import.reference", "", "those of commanded positions", metavar="COLUMNS", many=True),
+    Setting("import.time_scale", 0.0, "seconds per unit of time; otherwise by the unit in the column's name",
+            lower=0.0, upper=1e6, metavar="X"),
+    Setting("import.position_scale", 0.0, "rad (or m) per unit of position; otherwise by the unit in the column's name",
+            lower=-1e6, upper=1e6, metavar="X"),
+    Setting("import.velocity_scale", 0.0, "rad/s per unit of velocity; otherwise likewise", lower=-1e6, upper=1e6,
+            metavar="X"),
+    Setting("import.effort_scale", 0.0, "N m per unit of effort; otherwise likewise", lower=-1e6, upper=1e6,
+            metavar="X"),
+    Setting("import.rate_hz", 0.0, "samples per second, where there is no column of time", lower=0.0, upper=1e5,
+            metavar="HZ"),
+    Setting("import.episode", -1.0, "the episode of a LeRobot dataset, from 0", lower=-1.0, upper=1e9, metavar="N"),
+)  # fmt: skip
+"""How `flex_ident import` reads a table; 0, -1 and an empty text: found out."""

@@ -29,6 +29,7 @@ def signal_selection(values: Mapping[str, Value]) -> SignalSelection:
         effort_scale=float(values["effort_scale"]),
         gear_ratio=float(values["gear_ratio"]),
         sensors=str(values["sensors"]),
+        type_files=names_in(values.get("type_file", "")),
     )
 
 

@@ -1,0 +1,107 @@
+"""CSV files: a line of names, then numbers, whatever separates them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from flex_ident.errors import SignalError
+from flex_ident.formats.tables import MOST_COLUMNS, refuse_large
+from flex_ident.parameters.documents import opened_file
+from flex_ident.recording import Floats
+from flex_ident.recording.names import decoded, path_text
+
+LONGEST_LINE = 1 << 20
+DELIMITERS = ",;"
+"""Separators; a tab is read as a semicolon, and blanks separate where there is none of these."""
+ROWS = 1 << 14
+"""Rows that are turned into numbers together."""
+
+
+class CsvFile:
+    """A CSV file with a line of column names, separated by comma, semicolon, tab or blanks.
+
+    Raises SignalError in one line. Lines shorter than the first are NaN where they lack a number.
+    """
+
+    scales: Mapping[str, float] = {}
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.source = path, path_text(path)
+        with self._lines() as lines:
+            head = next(lines, "").lstrip("\ufeff# ")
+        delimiter = max(DELIMITERS, key=head.count)
+        self._delimiter = delimiter if delimiter in head else " "
+        names = next(csv.reader([head], delimiter=self._delimiter, skipinitialspace=True), [])
+        names = [name.strip() for name in names]
+        if len(names) < 2 or not any(name and not _is_number(name) for name in names):
+            raise SignalError(
+                f"{self.source}: its first line names no columns: expected names such as time, position, effort."
+            )
+        if len(names) > MOST_COLUMNS:
+            raise SignalError(f"{self.source}: has {len(names)} columns: {MOST_COLUMNS} are read at most.")
+        self._at: dict[str, int] = {}
+        for i, name in enumerate(names):
+            self._at.setdefault(name or f"column_{i + 1}", i)
+
+    @property
+    def columns(self) -> Collection[str]:
+        """Names of the columns; of two alike the first."""
+        return self._at
+
+    def read(self, names: Collection[str]) -> dict[str, Floats]:
+        """The columns (n,) of these names."""
+        wanted = [self._at[name] for name in names]
+        made: list[Floats] = []
+        with self._lines() as lines:
+            next(lines, "")
+            block: list[list[float]] = []
+            rows = 0
+            for cells in csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True):
+                comma = self._delimiter != ","
+                block.append([_number(cells[i], comma=comma) if i < len(cells) else math.nan for i in wanted])
+                if len(block) >= ROWS:
+                    rows += len(block)
+                    refuse_large(self.source, rows, len(wanted))
+                    made.append(np.array(block))
+                    block = []
+            refuse_large(self.source, rows + len(block), len(wanted))
+            made.append(np.array(block).reshape(-1, len(wanted)))
+        whole = np.concatenate(made)
+        return {name: whole[:, i] for i, name in enumerate(names)}
+
+    @contextmanager
+    def _lines(self) -> Iterator[Iterator[str]]:
+        try:
+            with opened_file(self._path) as file:
+                yield (decoded(line.rstrip(b"\r\n").replace(b"\t", b";")) for line in _lines(file, self.source))
+        except OSError as error:
+            raise SignalError(f"{self.source}: cannot be read ({error.strerror}).") from error
+        except csv.Error as error:
+            raise SignalError(f"{self.source}: is not a table ({error}).") from error
+
+
+def _lines(file: io.BufferedReader, shown: str) -> Iterator[bytes]:
+    while line := file.readline(LONGEST_LINE + 1):
+        if len(line) > LONGEST_LINE:
+            raise SignalError(f"{shown}: has a line of over {LONGEST_LINE} bytes: this is no table.")
+        if line.strip():
+            yield line
+
+
+def _number(cell: str, *, comma: bool) -> float:
+    """The number in a cell; a comma within is the decimal point where it does not separate."""
+    try:
+        return float(cell.replace(",", ".") if comma else cell)
+    except ValueError:
+        return math.nan
+
+
+def _is_number(text: str) -> bool:
+    return not math.isnan(_number(text, comma=True))

@@ -1,0 +1,59 @@
+"""CSV files: any separator, and one line for everything else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flex_ident.errors import SignalError
+from flex_ident.formats.csv_files import CsvFile
+from flex_ident.formats.tables import MOST_COLUMNS
+
+TIME = np.arange(500) / 250.0
+Q, TAU = 0.3 * np.sin(8.0 * TIME), 5.0 * np.cos(8.0 * TIME)
+
+
+def written(path: Path, head: str, *, separator: str = ",", decimal: str = ".") -> Path:
+    rows = [separator.join(f"{x:.9f}".replace(".", decimal) for x in row) for row in zip(TIME, Q, TAU, strict=True)]
+    path.write_text("\n".join([head.replace(",", separator), *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+@pytest.mark.parametrize("head", ["t,q,tau", "# t,q,tau", "\ufefft,q,tau"])
+def test_separators(tmp_path: Path, head: str, separator: str) -> None:
+    table = CsvFile(written(tmp_path / "a.csv", head, separator=separator))
+    assert list(table.columns) == ["t", "q", "tau"]
+    columns = table.read(["tau", "t"])
+    assert list(columns) == ["tau", "t"]
+    np.testing.assert_allclose(columns["tau"], TAU, atol=1e-9)
+    np.testing.assert_allclose(columns["t"], TIME, atol=1e-9)
+
+
+def test_a_comma_may_be_the_decimal_point(tmp_path: Path) -> None:
+    table = CsvFile(written(tmp_path / "a.csv", "t,q,tau", separator=";", decimal=","))
+    np.testing.assert_allclose(table.read(["tau"])["tau"], TAU, atol=1e-9)
+
+
+def test_damaged_cells_are_no_numbers(tmp_path: Path) -> None:
+    file = written(tmp_path / "a.csv", "t,q,tau")
+    lines = file.read_text().split("\n")
+    lines[100], lines[200], lines[300] = "0.396,nonsense,1", "0.796", '0.4,"1\x1b[2J,2'
+    file.write_text("\n".join(lines))
+    q = CsvFile(file).read(["q"])["q"]
+    assert np.isnan(q[[99, 199]]).all()
+    assert np.isfinite(q[:99]).all()
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "names no columns"), ("1,2,3\n4,5,6\n", "names no columns"), ("x" * (2 << 20), "no table"),
+        (",".join(f"q{i}" for i in range(MOST_COLUMNS + 1)) + "\n1\n", "are read at most"),
+    ],
+)  # fmt: skip
+def test_what_is_no_table_is_refused(tmp_path: Path, content: str, said: str) -> None:
+    (tmp_path / "a.csv").write_text(content)
+    with pytest.raises(SignalError, match=said) as caught:
+        CsvFile(tmp_path / "a.csv")
+    assert str(caught.value).isprintable()
