@@ -124,7 +124,7 @@ def _unit_notices(selection: SignalSelection, places: SignalPlaces) -> list[Noti
         return []
     notices = []
     if "current" in places.torque.source.lower():
-        notices.append(Notice(Code.EFFORT_NOT_SI, places.torque.source, texts={"case": "current"}))
+        notices.append(Notice(Code.EFFORT_CURRENT, places.torque.source, texts={"case": "by_name"}))
     if abs(selection.gear_ratio) != 1.0:
         notices.append(Notice(Code.EFFORT_SIDE, "motor_torque", {"gear_ratio": selection.gear_ratio}))
     return notices

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,21 +27,29 @@ from flex_ident.judgement.thresholds import WEAK_PERCENT
 from flex_ident.likelihood.comparison import correlation_factor
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
+from flex_ident.likelihood.nuisances import LATE_SAMPLES, model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import GRAVITY_KEYS, UNITS, Parameter
+from flex_ident.parameters.current import is_current
 from flex_ident.parameters.effort_kinds import (
+    COMMAND,
+    CURRENT,
+    FRICTION_COMPENSATED,
+    FRICTION_KEYS,
     GRAVITY_COMPENSATED,
     GRAVITY_REMOVED,
     JOINT_SENSOR,
     MOTOR,
     MOTOR_KEYS,
     REVERSAL_KEYS,
+    RIGID_FRICTION_KEYS,
     EffortKind,
 )  # fmt: skip
-from flex_ident.recording import Floats
+from flex_ident.recording import Floats, Recording
+from flex_ident.screening.sketching import effects_in
 from flex_ident.simulation.terms import GRAVITY
 
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
@@ -72,9 +81,12 @@ class KindFit:
     @property
     def absent(self) -> tuple[Parameter, ...]:
         """Parameters of which this kind of effort says nothing."""
-        if self.kind != JOINT_SENSOR or self.fit.values.get("J"):
-            return ()
-        return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in MOTOR_KEYS)
+        keys: tuple[str, ...] = ()
+        if self.kind == JOINT_SENSOR and not self.fit.values.get("J"):
+            keys = MOTOR_KEYS
+        if self.kind == FRICTION_COMPENSATED:
+            keys = friction_keys(rigid="J" in self.fit.values)
+        return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in keys)
 
     def refitted(self, solver: SteadyFit, fit: Fit) -> KindFit:
         """The same kind, of a fit with other keys: a rival's difference follows the keys that both have."""
@@ -119,6 +131,43 @@ class KindFit:
         return replace(uncertainty, covariance=joined)
 
 
+def friction_keys(*, rigid: bool) -> tuple[str, ...]:
+    """The motor's friction, which is not in the effort where the controller adds it."""
+    return RIGID_FRICTION_KEYS if rigid else FRICTION_KEYS
+
+
+def friction_priors(problem: FitProblem) -> dict[str, Prior]:
+    """What may be left of the motor's friction where the controller adds it: of either sign, no larger than torque."""
+    torque, speed = float(np.std(problem.torque)), float(np.std(problem.motion.velocity)) or 1.0
+    sizes = zip(friction_keys(rigid=problem.rigid), (torque / speed, torque), strict=True)
+    return {key: Prior(0.0, size, -math.inf, math.inf) for key, size in sizes}
+
+
+def base_priors(
+    problem: FitProblem, keys: Sequence[str], kind: str = MOTOR, *, late_samples: float = LATE_SAMPLES
+) -> dict[str, Prior]:
+    """What is estimated beside the base `keys` under a kind of effort, with what is known of it beforehand."""
+    priors = kept_priors(model_priors(problem, effects_in(keys), late_samples=late_samples), keys)
+    return {**priors, **friction_priors(problem)} if kind == FRICTION_COMPENSATED else priors
+
+
+def as_told(recording: Recording, kind: str) -> tuple[Recording, str]:
+    """The recording with what is said of its effort's unit, and the kind that the fit is of.
+
+    A current, by its name or as it is told, has no SI unit to miss, and is fitted as a torque of unknown scale.
+    """
+    named = is_current(recording.notices)
+    if kind == CURRENT or (kind == "auto" and named):
+        kept = tuple(n for n in recording.notices if n.code is not Code.EFFORT_NOT_SI)
+        if not named:
+            kept = (*kept, Notice(Code.EFFORT_CURRENT, "motor_torque", texts={"case": "given"}))
+        return replace(recording, notices=kept), MOTOR
+    if kind == COMMAND:
+        said = Notice(Code.EFFORT_COMMANDED, "motor_torque")
+        return replace(recording, notices=(*recording.notices, said)), MOTOR
+    return recording, kind
+
+
 def kept_priors(priors: Mapping[str, Prior], keys: Sequence[str]) -> dict[str, Prior]:
     """The nuisances that the keys leave something to do: without the motor's dry friction none turns over."""
     dry = {"FSm", "FS"} if "J" in keys else {"FSm"}
@@ -137,10 +186,13 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
     if kind == GRAVITY_COMPENSATED:
         said = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {}, {"case": "given"})
         return KindFit(GRAVITY_COMPENSATED, solver, fit, (said,))
+    if kind == FRICTION_COMPENSATED:
+        texts = {"case": "given", "absent": " and ".join(friction_keys(rigid=problem.rigid))}
+        return KindFit(FRICTION_COMPENSATED, solver, fit, (Notice(Code.EFFORT_FRICTION_COMPENSATED, texts=texts),))
     if problem.rigid or kind != "auto" or any(key_named(k).effect for k in fit.free):
         return KindFit(MOTOR, solver, fit)
     try:
-        found = _joint_sensor(problem, solver, fit)
+        found = _joint_sensor(problem, solver, fit) or _friction_compensated(problem, solver, fit)
         return found if found is not None else _gravity_compensated(problem, solver, fit)
     except ExcitationError:  # the other kind's model runs away: it is not this one
         return KindFit(MOTOR, solver, fit)
@@ -194,6 +246,29 @@ def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit |
     sizes = {"inertia_percent": 100.0 * inertia / values["JL"]}
     notice = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", sizes, {"case": "found"})
     return KindFit(JOINT_SENSOR, own, found, (notice,))
+
+
+def _friction_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit | None:
+    """The fit with friction of either sign, where what is left of the motor's is negative and that explains all."""
+    if not set(FRICTION_KEYS) & set(fit.at_bound):
+        return None
+    keys = [k for k in fit.free if k in UNITS and k not in FRICTION_KEYS]
+    own = SteadyFit(problem, priors={**solver.priors, **friction_priors(problem)}, marks=solver.marks, local=True)
+    found: Fit | None = None
+    values = fit.values
+    for iterations, tolerance in ROUNDS:
+        found = own.solve(
+            (*keys, *own.priors), values, own.whitenings(values), iterations=iterations, tolerance=tolerance
+        )
+        values = found.values
+    assert found is not None
+    gain, known, left = gain_of(problem, own, fit, found), uncertainty_of(found, problem.rate_hz), remainder(own, found)
+    negative = any(found.values[k] < -SEEN * known.std(k) for k in FRICTION_KEYS)
+    explains = left.evidence != "none" and not left.structured(left.gap)
+    if gain.size < CLEARLY or not negative or not explains:
+        return None
+    notice = Notice(Code.EFFORT_FRICTION_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
+    return KindFit(FRICTION_COMPENSATED, own, found, (notice,))
 
 
 def _gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
@@ -287,7 +362,7 @@ def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
 @dataclass(frozen=True)
 class Gain:
     """Twice the log-likelihood that one fit gains over another under one noise, in independent samples, and the share
-    that it saves of what the other leaves of the torque above that noise."""
+    that it saves of what the other leaves above that noise, of torque or link position, whichever is more."""
 
     size: float
     share: float
@@ -304,11 +379,17 @@ def gain_of(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> 
     rows = plain.rows(whitenings)
     correlated = correlation_factor(replace(after, residual=two, rows=rows))
     size = max(min(cost, other) / count, 1.0)
-    # A link encoder's residual is the same for all kinds, and far above its steady noise where the link turns over.
-    samples = rows[0].size
-    torque, torque_other = (float(r[:samples] @ r[:samples]) for r in (one, two))
-    share = (torque - torque_other) / max(torque - samples, 1e-300)
+    # By channel: what one of them cannot show must not hide what the other does.
+    ends = np.cumsum([0, *(r.size for r in rows)])
+    shares = [_saved(one[a:b], two[a:b]) for a, b in pairwise(ends)]
+    share = max(shares)
     return Gain((cost - other) / size / correlated, share)
+
+
+def _saved(one: Floats, two: Floats) -> float:
+    """Share that the whitened residual `two` saves of what `one` has above the noise."""
+    before, after = float(one @ one), float(two @ two)
+    return (before - after) / max(before - one.size, 1e-300) if before > one.size else 0.0
 
 
 def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:

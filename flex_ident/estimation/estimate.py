@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flex_ident.errors import ExcitationError, UsageError
-from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
+from flex_ident.estimation.effort_kind import KindFit, base_priors, kept_priors, resolved
 from flex_ident.estimation.thresholds import (
     BAND_IN_MODES,
     LARGEST_BAND,
@@ -25,7 +25,7 @@ from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.minimising import bounded_minimum
-from flex_ident.likelihood.nuisances import model_priors, strained
+from flex_ident.likelihood.nuisances import strained
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.start import scanned_start
@@ -34,7 +34,6 @@ from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.screening.coupling import Coupling, coupling_of
-from flex_ident.screening.sketching import effects_in
 from flex_ident.screening.suspects import Suspect, suspects, widened
 
 Progress = Callable[[float], None]
@@ -177,7 +176,18 @@ def base_fit(
             progress(done / rounds)
 
     values = rough_values(problem, keys, start, priors, step=step)
-    values = settled(problem, values, priors)
+    return refined(problem, keys, settled(problem, values, priors), priors, step=step)
+
+
+def refined(
+    problem: FitProblem,
+    keys: Sequence[str],
+    values: Mapping[str, float],
+    priors: Mapping[str, Prior],
+    *,
+    step: Callable[[], None] = lambda: None,
+) -> tuple[SteadyFit, Fit]:
+    """The fit over `keys` and all nuisances from values of a model that is nearly right. Raises ExcitationError."""
     solver = SteadyFit(problem, priors=priors, local=True)
     fit: Fit | None = None
     for iterations, tolerance in ROUNDS:
@@ -267,8 +277,7 @@ def estimated(
 
     `kind`: what the effort is; `auto` finds out, which may change the keys.
     """
-    nuisances = dict(model_priors(problem, effects_in(base_keys)) if priors is None else priors)
-    nuisances = kept_priors(nuisances, base_keys)
+    nuisances = base_priors(problem, base_keys, kind) if priors is None else kept_priors(priors, base_keys)
 
     def part(low: float, high: float) -> Progress:
         return lambda x: progress(low + x * (high - low)) if progress is not None else None
@@ -295,7 +304,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
     found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
-    if left.link is not None and left.link.structured:
+    if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.
         factor = left.link.gap / max(left.link.floor, 1e-300)
         size = np.array([factor if key == "K" else math.sqrt(factor) for key in fit.free])

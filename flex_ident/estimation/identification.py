@@ -11,6 +11,7 @@ import numpy as np
 from flex_ident.effects import key_named, trade_error
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
+from flex_ident.estimation.effort_kind import as_told, friction_keys
 from flex_ident.estimation.estimate import (
     Estimate,
     estimated,
@@ -19,7 +20,9 @@ from flex_ident.estimation.estimate import (
     started_values,
 )
 from flex_ident.estimation.evidence import evidence_of, is_identifiable
+from flex_ident.estimation.far_mode import rigid_link_notice
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import rigid_left_percent, rigid_notice
 from flex_ident.estimation.thresholds import FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR, SENSOR_LEFT
 from flex_ident.filtering import first_mode
@@ -40,7 +43,9 @@ from flex_ident.parameters import (
     Sensors,
     TorqueCurves,
 )
+from flex_ident.parameters.current import is_current
 from flex_ident.parameters.effort_kinds import (
+    FRICTION_COMPENSATED,
     GRAVITY_COMPENSATED,
     GRAVITY_REMOVED,
     JOINT_SENSOR,
@@ -88,7 +93,9 @@ def identify(
     position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares, without MX and MY
     where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
-    result = _identified(recording, options or IdentifyOptions(), prismatic, progress)
+    options = options or IdentifyOptions()
+    told, kind = as_told(recording, options.effort_kind)
+    result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
     codes = {notice.code for notice in result.notices}
     if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
         result = replace(result, verdict="doubtful")
@@ -177,6 +184,8 @@ def base_start(
     else:
         dropped = (*(GRAVITY_KEYS if prismatic else ()), *(MOTOR_KEYS if kind == JOINT_SENSOR else ()))
         keys = tuple(k for k in FLEXIBLE_KEYS if k not in dropped)
+    if kind == FRICTION_COMPENSATED:
+        keys = tuple(k for k in keys if k not in friction_keys(rigid=problem.rigid))
     try:
         start = started_values(problem, keys, first_mode_hz=options.first_mode_hz)
     except ExcitationError:
@@ -317,14 +326,19 @@ def identification_of(
     )  # fmt: skip
     verdict, objections = judged(evidence, FIT_RULES)
     notices = [*recording.notices, *objections]
+    absent: tuple[Parameter, ...] = ()
     if estimate.kind is not None:
         notices = [*estimate.kind.notices, *notices]
-        parameters = tuple(sorted((*estimate.kind.absent, *parameters), key=_paper_order))
+        absent = estimate.kind.absent
+        there = (p for p in parameters if all(p.key != a.key for a in absent))
+        parameters = tuple(sorted((*absent, *there), key=_paper_order))
         if estimate.kind.unclear and estimate.kind.kind == MOTOR:
             matters = estimate.kind.matters
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
             notices.insert(0, Notice(code, "motor_torque"))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
+    rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
+    notices += [rigid_link] if rigid_link is not None else []
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:
@@ -338,6 +352,7 @@ def identification_of(
         method=method,
         verdict=verdict,
         parameters=parameters,
+        combined=ratios(estimate, parameters) if is_current(recording.notices) else (),
         fit=FitQuality(
             samples=int(rows.sum()),
             condition_number=estimate.uncertainty.condition_number,
@@ -345,7 +360,7 @@ def identification_of(
             relative_error_percent=error,
             validation_relative_error_percent=validation,
         ),
-        model=model_of(fit.values, rigid=problem.rigid, joint=recording.joint),
+        model=model_of(fit.values, rigid=problem.rigid, joint=recording.joint).without(tuple(p.key for p in absent)),
         derived=derived,
         measurement=measurement,
         filter=FilterSettings(

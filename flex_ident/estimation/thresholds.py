@@ -25,6 +25,8 @@ PENDULUM_M = 0.1
 """Length of the simple pendulum that swings as the link does, JL over its first moment: one standard deviation of the
 first moment over JL is the inverse of it. No link's is shorter than twice its radius of gyration, which for what robots
 move is seldom under 5 cm. Without a bound a spring can pass for an absurd weight."""
+UNSEEN_SHARE = 0.03
+"""Share of the link's inertia whose swinging at 1.2 bands, as a tenth at 2.2 bands, nobody would have noticed."""
 STRAIN = 4.0
 """Factor on every standard deviation where a nuisance is at its end: a PRBS commanded and sampled at 500 Hz, whose
 torque folds back from above half the rate, moved K by 9 of them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flex_ident.estimation.effort_kind import KindFit, kept_priors, resolved
+from flex_ident.estimation.effort_kind import KindFit, base_priors, resolved
 from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
 from flex_ident.estimation.options import IdentifyOptions
@@ -12,11 +12,10 @@ from flex_ident.gap.options import GapOptions
 from flex_ident.gap.thresholds import CERTAIN
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
-from flex_ident.screening.sketching import effects_in
+from flex_ident.screening.sketching import known_beforehand
 
 SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""
@@ -35,17 +34,17 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> KindFit:
     keys, start = base_start(problem, own, prismatic=options.prismatic)
     keys = tuple(k for k in keys if k not in options.without)
     start = {k: v for k, v in start.items() if k in keys or k == GRAVITY_REMOVED}
-    solver, fit = base_fit(problem, keys, start, kept_priors(model_priors(problem, effects_in(keys)), keys))
+    solver, fit = base_fit(problem, keys, start, base_priors(problem, keys, options.effort_kind))
     kinds = resolved(problem, solver, fit, options.effort_kind)
     fit, keys = kinds.fit, tuple(k for k in kinds.fit.free if k in keys)
     constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
     if not constant and not _late(problem, fit.values):
         return kinds
-    known = {k: p for k, p in kinds.solver.priors.items() if k in keys}  # first moments, where the kind bounds them
+    known = known_beforehand(kinds.solver)
     few = tuple(k for k in keys if not (constant and k == "offset"))
     near = {k: v for k, v in fit.values.items() if k in few or k == GRAVITY_REMOVED}
     few = tuple(k for k in few if k not in known)
-    priors = {**kept_priors(model_priors(problem, effects_in(keys), late_samples=1.0), few), **known}
+    priors = {**base_priors(problem, few, late_samples=1.0), **known}
     return kinds.refitted(*base_fit(problem, few, near, priors))
 
 
@@ -59,10 +58,9 @@ def _late(problem: FitProblem, values: Mapping[str, float]) -> bool:
     return late > problem.recording.sample_time
 
 
-def search_start(problem: FitProblem, fit: Fit) -> tuple[SteadyFit, Fit]:
+def search_start(problem: FitProblem, base: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
     """The fit of a base to search from: weighted by the steady noise alone, so that what is missing stands out."""
-    effects = effects_in(fit.free)
-    priors = kept_priors(model_priors(problem, effects, late_samples=1.0), fit.free)
+    priors = {**base_priors(problem, fit.free, late_samples=1.0), **known_beforehand(base)}
     solver = SteadyFit(problem, priors=priors)
     return solver, polished(solver, fit.free, fit.values)
 

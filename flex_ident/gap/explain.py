@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import ExcitationError
+from flex_ident.estimation.effort_kind import as_told
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
@@ -53,6 +54,8 @@ def explain(
     Raises ExcitationError, SignalError and ConfigurationError.
     """
     options = options or GapOptions()
+    recording, kind = as_told(recording, options.effort_kind)
+    options = replace(options, effort_kind=kind)
     refuse_unusable(recording, options.effort_kind)
     report: Progress = progress or (lambda _share, _text: None)
     sensors = chosen_sensors(recording, options.sensors)
@@ -66,7 +69,7 @@ def explain(
     solver, base = kinds.solver, kinds.fit
     report(0.2, "screening")
     coarse = _coarse(recording, problem, options)
-    searching, start = search_start(coarse, base)
+    searching, start = search_start(coarse, solver, base)
     search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
     search, gaps, estimate = judged_again(search, searching, start, (solver, base), problem, options)

@@ -71,7 +71,7 @@ def finished_explanation(
         explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
     if values["prismatic"]:
         explanation = prismatic_explanation(explanation)
-    if is_current(recording.notices):
+    if is_current(explanation.final.notices):
         explanation = explanation_in_amperes(explanation)
     content = gap_content(explanation)
     content["bag"] = {"path": recording.path, "sha256": recording.sha256}

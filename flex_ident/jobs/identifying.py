@@ -57,7 +57,7 @@ def finished_identification(
     )
     if values["prismatic"]:
         result = prismatic(result)
-    if is_current(recording.notices):
+    if is_current(result.notices):
         result = in_amperes(result)
     progress("writing", 0.0)
     paths: Mapping[str, Path] = {}

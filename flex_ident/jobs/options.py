@@ -12,6 +12,7 @@ from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.options import GapOptions
 from flex_ident.parameters import JointModel, read_joint_model
+from flex_ident.parameters.effort_kinds import CURRENT, MOTOR
 
 
 def _text(values: Mapping[str, Value], key: str) -> str | None:
@@ -47,6 +48,12 @@ def given_model(values: Mapping[str, Value]) -> JointModel | None:
     return model
 
 
+def effort_kind(values: Mapping[str, Value]) -> str:
+    """The kind of effort asked for; a current whose scale is given is the motor's torque."""
+    kind = str(values["effort_kind"])
+    return MOTOR if kind == CURRENT and float(values["effort_scale"]) != 1.0 else kind
+
+
 def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
     """How to identify. Raises UsageError and ConfigurationError."""
     return IdentifyOptions(
@@ -57,7 +64,7 @@ def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
         band_hz=float(values["band_hz"]) or None,
         model=given_model(values),
         cutoff_sweep=bool(values["cutoff_sweep"]),
-        effort_kind=str(values["effort_kind"]),
+        effort_kind=effort_kind(values),
     )
 
 
@@ -78,5 +85,5 @@ def gap_options(values: Mapping[str, Value]) -> GapOptions:
         first_mode_hz=float(values["first_mode_hz"]) or None,
         band_hz=float(values["band_hz"]) or None,
         prismatic=bool(values["prismatic"]),
-        effort_kind=str(values["effort_kind"]),
+        effort_kind=effort_kind(values),
     )

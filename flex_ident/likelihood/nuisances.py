@@ -17,6 +17,7 @@ from flex_ident.likelihood.thresholds import (
 )
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.prior import Prior
+from flex_ident.simulation.terms import FAR_MODE
 
 LATE_SAMPLES = 3.0
 """Samples by which a signal may be recorded late or early and be corrected for."""
@@ -38,7 +39,7 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
     Torque may be logged early or late by up to `late_samples` periods, behind a low-pass, as a mean over a period or as
     a held command (kappa = ±1/24); the link encoder may be skewed likewise and has a zero and a scale of its own. The
     motor's dry friction may turn over with speed, with the way moved, or early. A part of the link may swing above the
-    band, which looks like a softer spring or a stiffer one.
+    band, which a link encoder tells from a softer or a stiffer spring; for a motor alone see `estimation.far_mode`.
     """
     ts = problem.recording.sample_time
     limit = late_samples * ts
@@ -61,13 +62,18 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
         priors["initial_deflection"] = Prior(0.0, spread, -widest * spread, widest * spread)
         start = speed + 1e-9
         priors["initial_velocity"] = Prior(0.0, start, -10.0 * start, 10.0 * start)
-        priors["far_mode"] = Prior(0.0, FAR_SHARE, LEAST_FAR_SHARE, LARGEST_FAR_SHARE)
     if problem.link is not None:
         far = 10.0 * reach + 10.0
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)
         priors["link_zero"] = Prior(0.0, far, -10.0 * far, 10.0 * far)
         priors["link_scale"] = Prior(0.0, USUAL_SCALE, -LARGEST_SCALE, LARGEST_SCALE)
+        priors[FAR_MODE] = far_mode_prior()
     return priors
+
+
+def far_mode_prior() -> Prior:
+    """What is known of the share of the link's inertia that swings above the band."""
+    return Prior(0.0, FAR_SHARE, LEAST_FAR_SHARE, LARGEST_FAR_SHARE)
 
 
 CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew", "link_scale", "far_mode")

@@ -172,6 +172,22 @@ class Code(StrEnum):
         "The gravity that the controller adds is not in the effort: MX and MY are what its model of the arm leaves.",
         "Record the effort before that is subtracted, if the arm's own gravity is wanted; or say --effort-kind motor.",
     )  # fmt: skip
+    EFFORT_FRICTION_COMPENSATED = (
+        "effort_friction_compensated", "info",
+        "The friction that the controller adds is not in the effort: the motor's friction cannot be told from it.",
+        "Record the effort before that is subtracted, if the motor's friction is wanted; or say --effort-kind motor.",
+    )  # fmt: skip
+    EFFORT_CURRENT = (
+        "effort_current", "info",
+        "The effort is a current of unknown scale: frequencies and ratios hold as they are, all else is in units of "
+        "the current.",
+        "Give N m per ampere with --effort-scale: torque constant times gear ratio.",
+    )  # fmt: skip
+    EFFORT_COMMANDED = (
+        "effort_commanded", "info",
+        "The effort is what was asked of the drive, not what it delivered.",
+        "Record the measured current or torque: a drive that saturates or lags does not deliver what it is asked for.",
+    )  # fmt: skip
     EFFORT_KIND_UNCLEAR = (
         "effort_kind_unclear", "doubt",
         "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was "
@@ -322,6 +338,12 @@ class Code(StrEnum):
         "model_mismatch", "doubt",
         "The model leaves much of the torque unexplained; rejects from half of it on.",
         "Run explain_gap to see what is missing.",
+    )  # fmt: skip
+    LINK_TAKEN_AS_RIGID = (
+        "link_taken_as_rigid", "info",
+        "K holds for a link that is rigid well above the band: from the motor alone, a part of it that swings just "
+        "above the band cannot be told from another stiffness.",
+        "Read a link encoder, or sweep further up, where another mode may lie near the end of the band.",
     )  # fmt: skip
     STRUCTURED_LINK = (
         "structured_link", "doubt",

@@ -14,8 +14,8 @@ INERTIAS = {"kg m^2": "A s^2/rad", "kg m²": "A s²/rad", "kg m": "A s^2/m", "kg
 
 
 def is_current(notices: tuple[Notice, ...]) -> bool:
-    """Whether a recording's notices say that its effort is a current, which nothing turned into a torque."""
-    return any(n.code is Code.EFFORT_NOT_SI and n.case == "current" for n in notices)
+    """Whether notices say that the effort is a current, which nothing turned into a torque."""
+    return any(n.code is Code.EFFORT_CURRENT for n in notices)
 
 
 def in_amperes(result: Identification) -> Identification:

@@ -6,24 +6,29 @@ from typing import Literal
 
 from flex_ident.errors import UsageError
 
-EffortKind = Literal["motor", "joint_sensor", "gravity_compensated"]
+EffortKind = Literal["motor", "joint_sensor", "gravity_compensated", "friction_compensated", "current", "command"]
 MOTOR: EffortKind = "motor"
 JOINT_SENSOR: EffortKind = "joint_sensor"
 GRAVITY_COMPENSATED: EffortKind = "gravity_compensated"
-BUILT = ("auto", MOTOR, JOINT_SENSOR, GRAVITY_COMPENSATED)
-TO_COME = ("friction_compensated", "current", "command")
+FRICTION_COMPENSATED: EffortKind = "friction_compensated"
+CURRENT: EffortKind = "current"
+COMMAND: EffortKind = "command"
+USABLE = ("auto", MOTOR, JOINT_SENSOR, GRAVITY_COMPENSATED, FRICTION_COMPENSATED, CURRENT, COMMAND)
 UNSIGNED = "unsigned"
-EFFORT_KINDS = (*BUILT, *TO_COME, UNSIGNED)
+EFFORT_KINDS = (*USABLE, UNSIGNED)
 MOTOR_KEYS = ("Jm", "FVm", "FSm")
 """What a sensor behind the gear does not see."""
 REVERSAL_KEYS = ("reversal_speed", "presliding", "reversal_lead")
 """How the motor's dry friction turns over: nothing, where there is none."""
+FRICTION_KEYS = ("FVm", "FSm")
+RIGID_FRICTION_KEYS = ("FV", "FS")
+"""The motor's friction: where the controller adds it, what its model is off by is left, of either sign."""
 GRAVITY_REMOVED = "gravity_removed"
 """Measurement key, 1 or 0: whether the effort is less the gravity that the controller adds."""
 
 
 def check_effort_kind(kind: str, *, method: str = "auto") -> None:
-    """Raises UsageError, in one line, for a kind of effort that is none, not built yet, or cannot be used."""
+    """Raises UsageError, in one line, for a kind of effort that is none, or cannot be used."""
     if kind not in EFFORT_KINDS:
         raise UsageError(f"effort kind is '{kind}': expected one of {', '.join(EFFORT_KINDS)}.")
     if kind == UNSIGNED:
@@ -31,9 +36,7 @@ def check_effort_kind(kind: str, *, method: str = "auto") -> None:
             "effort kind unsigned: an absolute value does not tell inertia from friction: record the effort with its "
             "sign, or name the signal that has it with --effort."
         )
-    if kind in TO_COME:
-        raise UsageError(f"effort kind {kind} is not built yet: expected one of {', '.join(BUILT)}.")
-    if kind in (JOINT_SENSOR, GRAVITY_COMPENSATED) and method != "auto":
+    if kind in (JOINT_SENSOR, GRAVITY_COMPENSATED, FRICTION_COMPENSATED) and method != "auto":
         raise UsageError(
             f"effort kind {kind} needs --method auto: the equations of {method} are of the motor's torque."
         )

@@ -15,6 +15,7 @@ def prismatic(result: Identification) -> Identification:
         result,
         parameters=tuple(in_metres(p) for p in result.parameters),
         measurement=tuple(in_metres(p) for p in result.measurement),
+        combined=tuple(in_metres(p) for p in result.combined),
         notices=notices_in_metres(result.notices),
     )
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters.current import is_current
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
 from flex_ident.report.advice import first_thing, other_things
@@ -115,10 +116,9 @@ def _combined(result: Identification) -> list[Section]:
             f"X5 is {fitted:.4g} fitted and {result.derived['x5_predicted']:.4g} from the physical parameters: "
             f"{result.derived['x5_sigmas']:.1f} standard deviations apart. Beyond 3, eq. 18 does not hold.",
         )
-    rows = tuple(Row(parameter_row(p)[:4]) for p in result.combined)
-    return [
-        Section("Combined parameters of eq. 19", texts, header=("", "value", "± 2σ", "%σ"), rows=rows, right=(1, 2, 3))
-    ]
+    rows = tuple(Row(parameter_row(p)[:5]) for p in result.combined)
+    title = "What needs no torque constant" if is_current(result.notices) else "Combined parameters of eq. 19"
+    return [Section(title, texts, header=("", "value", "± 2σ", "%σ", "unit"), rows=rows, right=(1, 2, 3))]
 
 
 def _torque(result: Identification, figures: Mapping[str, bytes]) -> Section:

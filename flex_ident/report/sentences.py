@@ -290,7 +290,6 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "ratio": _motor_over_link,
     },
     Code.EFFORT_NOT_SI: {
-        "current": "{subject} is by its name a current: give N m per ampere with --effort-scale.",
         "counts": (
             f"the effort holds whole numbers only, up to {{largest:.4g}}: raw units of the drive? {EFFORTS_TAKEN}"
         ),
@@ -322,6 +321,26 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         ),
         "given": "the effort was taken as less the gravity that the controller adds, as you say.",
     },
+    Code.EFFORT_FRICTION_COMPENSATED: {
+        "found": (
+            "the effort is less the friction that the controller adds: what is left of the motor's is negative. If it "
+            "is the motor's torque, say --effort-kind motor."
+        ),
+        "given": (
+            "the effort was taken as less the friction that the controller adds, as you say: {absent} are not in it."
+        ),
+    },
+    Code.EFFORT_CURRENT: {
+        "by_name": (
+            "{subject} is by its name a current: frequencies and ratios hold, all else is in units of it; give N m per "
+            "ampere with --effort-scale."
+        ),
+        "given": (
+            "the effort was taken as a current, as you say: frequencies and ratios hold, all else is in units of it; "
+            "give N m per ampere with --effort-scale."
+        ),
+    },
+    Code.EFFORT_COMMANDED: "the effort was taken as what the drive was asked for, as you say.",
     Code.EFFORT_KIND_UNCLEAR: (
         "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
         "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would move "
@@ -397,6 +416,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.STRUCTURED_RESIDUAL: (
         "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: run explain_gap to see what "
         "is missing."
+    ),
+    Code.LINK_TAKEN_AS_RIGID: (
+        "{subject} is that of a link which is rigid above the band: {share_percent:.0f} % of it swinging just above "
+        "would make {subject} {moved_percent:+.2g} % ({moved_stds:.0f} standard deviations), and the motor alone does "
+        "not tell."
     ),
     Code.STRUCTURED_LINK: (
         "the model leaves {gap:.3g} {unit} rms of the link's position, of which noise accounts for {noise:.3g}: the "

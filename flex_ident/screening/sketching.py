@@ -10,9 +10,12 @@ from flex_ident.effects import effect_named, key_named
 from flex_ident.likelihood.fit import Fit, key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters import UNITS
 from flex_ident.parameters.keys import effect_in
+from flex_ident.parameters.prior import Prior
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.scoring import Score
+from flex_ident.simulation.terms import FAR_MODE
 
 SIZES = (1.0, 0.4, 0.12)
 """Shares of the linear estimate of an effect's size from which the refit may start."""
@@ -25,14 +28,21 @@ def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(e for e in map(effect_in, keys) if e is not None))
 
 
+def known_beforehand(solver: SteadyFit) -> dict[str, Prior]:
+    """What a solver knows before the fit of base keys, first moments or friction that a kind of effort bounds, and of a
+    mode above the band."""
+    return {k: p for k, p in solver.priors.items() if k in UNITS or k == FAR_MODE}
+
+
 def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:
     """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
     effects = (*effects_in(free), *(c.effect for c in added))
-    extended = SteadyFit(
-        solver.problem, priors=model_priors(solver.problem, effects, late_samples=1.0), marks=solver.marks
-    )
+    priors = {**known_beforehand(solver), **model_priors(solver.problem, effects, late_samples=1.0)}
+    dropped = [effect_named(name).stand_in for name in effects]
+    priors = {k: p for k, p in priors.items() if k not in dropped}
+    dropped += [c.replaces for c in added]
+    extended = SteadyFit(solver.problem, priors=priors, marks=solver.marks)
     own = tuple(k for c in added for k in c.keys)
-    dropped = [key for c in added for key in (c.replaces, effect_named(c.effect).stand_in)]
     return extended, (*(k for k in free if k not in dropped and k not in own), *own)
 
 

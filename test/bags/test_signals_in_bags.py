@@ -351,11 +351,11 @@ def test_units_are_converted(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.motor_torque, U)
 
 
-def test_effort_named_for_a_current_is_doubted(tmp_path: Path) -> None:
+def test_effort_named_for_a_current_is_one(tmp_path: Path) -> None:
     messages = [states(i, ["a"], [Q[i]], []) for i in range(TIME.size)]
     messages += [float64(i, U[i])._replace(topic="/motor_current") for i in range(TIME.size)]
     bag = bag_of(tmp_path, messages)
-    assert "effort_not_si" in codes(read_recording(bag, SignalSelection(effort="/motor_current")))
+    assert "effort_current" in codes(read_recording(bag, SignalSelection(effort="/motor_current")))
     assert "effort_not_si" not in codes(read_recording(bag, SignalSelection(effort="/motor_current", effort_scale=2.0)))
 
 

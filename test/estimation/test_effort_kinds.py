@@ -104,3 +104,40 @@ def test_an_effort_without_its_sign_is_refused() -> None:
         with pytest.raises(SignalError, match="never changes its sign"):
             identify(recording, options)
     assert np.min(recording.motor_torque) > -0.1 * np.max(recording.motor_torque)
+
+
+@SENSORS
+def test_a_current_gives_what_needs_no_scale(sensors: str) -> None:
+    recording = kind_recording(COBOT_JOINT, "current", EXPERIMENT, link=sensors != "motor")
+    result = identify(recording, IdentifyOptions(effort_kind="current"))
+    assert "effort_current" in codes(result)
+    assert "effort_not_si" not in codes(result)
+    assert result.verdict == "trusted"
+    truth = COBOT_JOINT.parameters
+    for ratio in result.combined:
+        upper, lower = ratio.key.split("/")
+        assert abs(ratio.value - truth[upper] / truth[lower]) < 4.0 * ratio.std, ratio
+    assert {"JL/Jm", "K/JL", "FVm/Jm", "FSm/Jm"} <= {ratio.key for ratio in result.combined}
+    assert result.derived["free_resonance_hz"] == pytest.approx(
+        math.sqrt(truth["K"] * (1.0 / truth["Jm"] + 1.0 / truth["JL"])) / (2.0 * math.pi), rel=2e-3
+    )
+
+
+@SENSORS
+@pytest.mark.parametrize("kind", ["friction_compensated", pytest.param("auto", marks=pytest.mark.campaign)])
+def test_friction_that_the_controller_adds_leaves_the_rest_as_it_is(sensors: str, kind: str) -> None:
+    recording = kind_recording(COBOT_JOINT, "friction_compensated", EXPERIMENT, link=sensors != "motor")
+    result = identify(recording, IdentifyOptions(effort_kind=kind))
+    assert "effort_friction_compensated" in codes(result)
+    assert [p.key for p in result.parameters if not p.identifiable][:2] == ["FVm", "FSm"]
+    assert {"FVm", "FSm"}.isdisjoint(result.model.parameters)
+    assert_within(result, COBOT_JOINT)
+    for key in ("Jm", "K", "JL"):
+        assert result.parameter(key).value == pytest.approx(COBOT_JOINT.value(key), rel=0.03)
+
+
+def test_a_command_is_said_to_be_one() -> None:
+    recording = kind_recording(COBOT_JOINT, "motor", EXPERIMENT, link=False)
+    result = identify(recording, IdentifyOptions(effort_kind="command"))
+    assert "effort_commanded" in codes(result)
+    assert_within(result, COBOT_JOINT)

@@ -22,7 +22,6 @@ def with_far_mode(share: float, frequency_hz: float) -> JointModel:
     return JointModel({**own, "JL": own["JL"] - inertia}, {"second_mode": second}, joint="far")
 
 
-@pytest.mark.parametrize("sensors", ["motor", pytest.param("motor+link", marks=pytest.mark.campaign)])
 @pytest.mark.parametrize(
     ("share", "frequency_hz"),
     [
@@ -32,14 +31,22 @@ def with_far_mode(share: float, frequency_hz: float) -> JointModel:
         pytest.param(0.2, 4.0 * BAND_HZ, marks=pytest.mark.campaign),
     ],
 )
-def test_stiffness_holds_under_a_mode_above_the_band(share: float, frequency_hz: float, sensors: str) -> None:
+def test_a_link_encoder_tells_a_mode_above_the_band_from_stiffness(share: float, frequency_hz: float) -> None:
     recording = virtual_recording(
         with_far_mode(share, frequency_hz), EXPERIMENT, MeasurementChain(torque_noise=0.01), seed=5
     )
-    result = identify(recording, IdentifyOptions(sensors=sensors))
+    result = identify(recording, IdentifyOptions(sensors="motor+link"))
     truth = COBOT_JOINT.parameters
     for key in ("Jm", "K", "JL"):
         p = result.parameter(key)
         assert p.identifiable, key
         assert abs(p.value - truth[key]) < 3.0 * p.std, (key, p)
     assert result.parameter("K").std < 0.01 * truth["K"]
+
+
+def test_the_motor_alone_says_what_it_takes_for_granted() -> None:
+    recording = virtual_recording(with_far_mode(0.03, 1.2 * BAND_HZ), EXPERIMENT, MeasurementChain(torque_noise=0.01))
+    result = identify(recording, IdentifyOptions(sensors="motor"))
+    notice = next(n for n in result.notices if n.code == "link_taken_as_rigid")
+    k, truth = result.parameter("K"), COBOT_JOINT.value("K")
+    assert truth - k.value == pytest.approx(0.01 * notice.numbers["moved_percent"] * truth, rel=0.5)

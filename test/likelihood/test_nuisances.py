@@ -12,12 +12,11 @@ from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, 
 CHAIN = {"torque_delay", "torque_averaging", "effort_lag"}
 TURNOVER = {"reversal_speed", "presliding", "reversal_lead"}
 STATE = {"initial_deflection", "initial_velocity"}
-SPRING = {*STATE, "far_mode"}
-LINK = {"link_skew", "link_zero", "link_scale"}
+LINK = {"link_skew", "link_zero", "link_scale", "far_mode"}
 KINDS = {
     "rigid": CHAIN | TURNOVER,
-    "motor": CHAIN | TURNOVER | SPRING,
-    "motor+link": CHAIN | TURNOVER | SPRING | LINK,
+    "motor": CHAIN | TURNOVER | STATE,
+    "motor+link": CHAIN | TURNOVER | STATE | LINK,
 }
 
 

@@ -18,7 +18,8 @@ NOISE = 0.01
 def kind_recording(
     model: JointModel, kind: str, experiment: Experiment, *, bits: int = 17, link: bool = True, seed: int = 1
 ) -> Recording:
-    """`motor`, `joint_sensor` (torque of the spring), `gravity_compensated` or `unsigned`, each with its noise."""
+    """`motor`, `joint_sensor` (torque of the spring), `gravity_compensated`, `friction_compensated` (by a model that is
+    20 % too large), `current` (0.1 A a N m) or `unsigned`, each with its noise."""
     chain = MeasurementChain.with_bits(bits, bits, torque_noise=0.0, jitter=0.0, lost=0.0)
     recording = virtual_recording(model, experiment, chain, seed=seed, link=link)
     torque = recording.motor_torque.copy()
@@ -30,6 +31,11 @@ def kind_recording(
     elif kind == "gravity_compensated":
         position = recording.motor_position
         torque -= GRAVITY * (model.value("MX") * np.cos(position) + model.value("MY") * np.sin(position))
+    elif kind == "friction_compensated":
+        speed = np.gradient(recording.motor_position, recording.time)
+        torque -= 1.2 * (model.value("FVm") * speed + model.value("FSm") * np.tanh(speed / 0.01))
+    elif kind == "current":
+        torque *= 0.1
     elif kind == "unsigned":
         torque = np.abs(torque)
     noise = NOISE * float(np.std(torque)) * np.random.default_rng([seed, 7]).standard_normal(torque.size)

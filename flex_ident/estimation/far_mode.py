@@ -1,0 +1,40 @@
+"""What a mode of the link above the band would do to the result of a motor alone, which cannot tell it."""
+
+from __future__ import annotations
+
+from flex_ident.estimation.thresholds import UNSEEN_SHARE
+from flex_ident.likelihood.covariance import Uncertainty
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Code, Notice
+from flex_ident.screening.scoring import following_of
+from flex_ident.simulation.terms import FAR_MODE, Term
+
+PROBE = 1e-3
+"""Share of the link's inertia of the probe: a spring that rings is not linear in more."""
+STDS = 2.0
+"""Standard deviations of K from which it is said."""
+
+
+def rigid_link_notice(solver: SteadyFit, fit: Fit, known: Uncertainty) -> Notice | None:
+    """By how much K moves when a small part of the link swings just above the band; None where that is within its
+    interval, for a rigid joint, and where the model has a second mass or is free to have this one.
+
+    Freed in the fit instead, it took a tenth of the inertia of clean recordings for itself, and K was 12 standard
+    deviations off (`bench/coverage.py`, seed 11, recording 29): from a motor alone the assumption is to be said.
+    """
+    problem = solver.problem
+    if problem.rigid or "K" not in fit.free or FAR_MODE in fit.free:
+        return None
+    if problem.terms(fit.values)[Term.SECOND_INERTIA] != 0.0:
+        return None
+    moved = solver.whitened_residual({**fit.values, FAR_MODE: PROBE}, fit.whitenings) - fit.residual
+    follow = float((following_of(fit) @ moved)[fit.free.index("K")]) * UNSEEN_SHARE / PROBE
+    std = known.std("K")
+    if not abs(follow) > STDS * std > 0.0:
+        return None
+    sizes = {
+        "share_percent": 100.0 * UNSEEN_SHARE, "moved_percent": 100.0 * follow / fit.values["K"],
+        "moved_stds": abs(follow) / std,
+    }  # fmt: skip
+    return Notice(Code.LINK_TAKEN_AS_RIGID, "K", sizes)
