@@ -49,7 +49,7 @@ def tracks(raw: Mapping[str, RawSignal], motor: Signal, origin: float) -> dict[s
         time = (stamps - round(origin * 1e9)).astype(np.float64) * 1e-9
         good = np.isfinite(own.values) & (stamps > 0)
         time, values = time[good], own.values[good]
-        keep = np.concatenate(([True], np.diff(np.maximum.accumulate(time)) > 0.0)) if time.size else good
+        keep = np.diff(np.maximum.accumulate(time), prepend=-np.inf) > 0.0
         time, values = time[keep], values[keep]
         if values.size >= FEWEST and not is_held(values):
             found[name] = (time, np.unwrap(values))
