@@ -15,7 +15,7 @@ from flex_ident.errors import SignalError
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters.documents import opened_file
 from flex_ident.recording import Floats, Signal
-from flex_ident.recording.cleaning import cleaned_signal
+from flex_ident.recording.cleaning import cleaned_signal, measurable
 from flex_ident.recording.names import decoded, path_text
 from flex_ident.recording.recording import Role
 
@@ -118,7 +118,7 @@ def table_signals(
         if role not in chosen:
             raise SignalError(f"{table.source}: the mapping names no column for {role}.")
     time = table.columns[chosen["time"]] * time_scale
-    finite = time[np.isfinite(time)]
+    finite = time[measurable(time)]
     time = time - (float(finite[0]) if finite.size else 0.0)
     signals: list[Signal] = []
     notices: list[Notice] = []

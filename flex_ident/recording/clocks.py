@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
 from flex_ident.notices import Code, Notice
-from flex_ident.recording.cleaning import cleaned_signal
+from flex_ident.recording.cleaning import cleaned_signal, measurable
 from flex_ident.recording.instants import rough_period
 from flex_ident.recording.recording import FASTEST_HZ, Floats, Role, Signal, spacing_text
 from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
@@ -72,7 +72,7 @@ def signals_of(
     origin = int(motor.stamps[np.flatnonzero(motor.stamps)[0]] if headed else motor.received[0])
     signals: list[Signal] = []
     for role, own in raw.items():
-        if role == "reference" and not np.isfinite(own.values).any():
+        if role == "reference" and not measurable(own.values).any():
             continue
         stamped = headed and usable_stamps(own.stamps)
         if stamped:

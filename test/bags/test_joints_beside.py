@@ -66,7 +66,7 @@ def test_an_arm_that_is_held_has_no_joint_that_moves(tmp_path: Path) -> None:
         read_recording(tmp_path / "bag")
 
 
-@pytest.mark.parametrize("broken", ["stamps", "values", "order"])
+@pytest.mark.parametrize("broken", ["stamps", "values", "size", "order"])
 def test_a_joint_beside_whose_messages_are_damaged_is_left_out(broken: str) -> None:
     seconds = 0.005 * np.arange(2000)
     values, stamps = np.sin(seconds), (1e9 * (1.0 + seconds)).astype(np.int64)
@@ -74,6 +74,9 @@ def test_a_joint_beside_whose_messages_are_damaged_is_left_out(broken: str) -> N
         stamps = np.zeros_like(stamps)
     elif broken == "values":
         values = np.full_like(values, np.nan)
+    elif broken == "size":
+        values[::2] = 1e308 * np.sign(values[::2])
+        values[1::2] = np.inf
     else:
         stamps = stamps[::-1].copy()
     motor = Signal("motor_position", "/joint_states:a.position", "header", seconds, np.sin(seconds))
