@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from flex_ident.errors import ConfigurationError, UsageError
-from flex_ident.recording.names import harmless
 
 LARGEST = 4 << 20
 """Characters of a URDF, at most."""
@@ -63,9 +62,9 @@ def urdf_limits(description: str, joint: str) -> Limits:
         raise UsageError(f"joint '{joint}' is fixed in robot_description: it cannot move.")
     mimic = found[0].find("mimic")
     if mimic is not None:
-        other = harmless(str(mimic.get("joint")))
         raise UsageError(
-            f"joint '{joint}' mimics '{other}' in robot_description and has no drive of its own: name the latter."
+            f"joint '{joint}' mimics {mimic.get('joint')!r} in robot_description and has no drive of its own: name "
+            "the latter."
         )
     if _passive(root, joint):
         raise UsageError(f"joint '{joint}' has no command interface in robot_description: it is passive.")
@@ -91,7 +90,7 @@ def _parsed(description: str) -> ET.Element:
     try:
         return ET.fromstring(description)
     except (ET.ParseError, ValueError, LookupError) as error:  # the last two are about its encoding
-        raise UsageError(f"robot_description is not XML ({harmless(str(error))}).") from error
+        raise UsageError(f"robot_description is not XML ({error}).") from error
 
 
 def _passive(root: ET.Element, joint: str) -> bool:
