@@ -64,8 +64,10 @@ def flaw(bag: Path, references: list[tuple[float, float, float]]) -> str:
 
 def run(made: Rig, seconds: float) -> str:
     """Play one run; what went wrong, else empty."""
+    made.listen_up()
     made.states.clear()
     made.references.clear()
+    made.commands.clear()
     refusal = made.start_exciting(30.0)
     if refusal:
         return f"refused: {refusal}"
@@ -74,7 +76,7 @@ def run(made: Rig, seconds: float) -> str:
         if time.monotonic() > end:
             return "does not end"
         made.spin(0.05)
-    made.spin(0.5)  # the bag is closed after the state is said
+    made.listen_up()
     return "" if made.state["state"] == "done" else f"aborted: {made.state.get('reason', '')}"
 
 
