@@ -321,7 +321,8 @@ def main() -> int:
     failed = False
     for name, play in plays.items():
         try:
-            PAGE.write_text(with_rows(PAGE.read_text(encoding="utf-8"), play()), encoding="utf-8")
+            new = play()
+            PAGE.write_text(with_rows(PAGE.read_text(encoding="utf-8"), new), encoding="utf-8")
         except AssertionError as error:
             print(f"{name}: {error}; its row stays as it was", file=sys.stderr)
             failed = True
