@@ -101,6 +101,9 @@ def run_all(tasks: list[tuple[str, int]], bases: dict[str, Path], jobs: int) -> 
             outcome = worker.taken() if worker.task else None
             if outcome is not None:
                 outcomes.append(outcome)
+                if outcome.kind.startswith("identified"):
+                    off = f", largest error {max(outcome.off):.1f} standard deviations" if outcome.off else ""
+                    print(f"case {outcome.case} ({outcome.mutation}): {outcome.ending}{off}", flush=True)
                 if outcome.faults:
                     print(
                         f"{', '.join(outcome.faults)}: {outcome.kind}, case {outcome.case} ({outcome.mutation}), "
