@@ -16,6 +16,7 @@ from flex_ident.bags.selection import JOINT_STATES, is_link_topic, is_reference_
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.recording import Floats
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.stillness import FEW_STEPS, STILL, UNRELATED, WANDERING, still_error
 
 HELD = 0.02
@@ -65,13 +66,13 @@ class JointMotion:
 
     @property
     def has_position(self) -> bool:
-        """Whether any of its positions is a finite number."""
+        """Whether any of its positions is a number that may have been measured."""
         return bool(np.isfinite(self.low)) or self._left.size > 0
 
     def add(self, position: Floats, effort: Floats) -> None:
         """Take in further messages, (k,) each."""
         self.messages += position.size
-        position, effort = position[np.isfinite(position)], np.abs(effort[np.isfinite(effort)])
+        position, effort = position[measurable(position)], np.abs(effort[measurable(effort)])
         fresh = position
         if self._left.size:
             position = np.concatenate((self._left, position))

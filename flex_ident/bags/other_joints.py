@@ -13,6 +13,7 @@ from flex_ident.bags.selection import Place
 from flex_ident.bags.storage import Bag
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Floats, Signal
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.clocks import RawSignal
 from flex_ident.recording.stillness import is_held
 
@@ -47,9 +48,9 @@ def tracks(raw: Mapping[str, RawSignal], motor: Signal, origin: float) -> dict[s
     for name, own in raw.items():
         stamps = own.stamps if motor.clock == "header" else own.received
         time = (stamps - round(origin * 1e9)).astype(np.float64) * 1e-9
-        good = np.isfinite(own.values) & (stamps > 0)
+        good = measurable(own.values) & (stamps > 0)
         time, values = time[good], own.values[good]
-        keep = np.concatenate(([True], np.diff(np.maximum.accumulate(time)) > 0.0)) if time.size else good
+        keep = np.diff(np.maximum.accumulate(time), prepend=-np.inf) > 0.0
         time, values = time[keep], values[keep]
         if values.size >= FEWEST and not is_held(values):
             found[name] = (time, np.unwrap(values))

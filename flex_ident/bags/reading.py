@@ -19,6 +19,7 @@ from flex_ident.errors import BagError, ExcitationError, SignalError
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.clocks import RawSignal, signals_of
 from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
@@ -107,14 +108,14 @@ def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: Sig
         raise SignalError(f"no link position of {places.joint} that moves: name one with --link-position.")
     if places.reference is not None:
         reference = found[places.reference]
-        if selection.reference and not np.isfinite(reference.values).any():
+        if selection.reference and not measurable(reference.values).any():
             raise SignalError(f"{reference.source} holds no numbers: name another signal with --reference.")
         raw["reference"] = reference
     return raw
 
 
 def _range(raw: RawSignal) -> float:
-    finite = raw.values[np.isfinite(raw.values)]
+    finite = raw.values[measurable(raw.values)]
     return float(np.ptp(finite)) if finite.size else 0.0
 
 

@@ -49,6 +49,7 @@ class SqliteFile:
     def __init__(self, path: Path, *, name: str = "") -> None:
         self.name = path_text(Path(name or path.name))
         self._notices: list[Notice] = []
+        self._read, self._uncounted = 0, False
         # A write-ahead log beside the file holds the newest messages of a recorder that was killed: it needs mode=ro;
         # without one, immutable also reads from a folder that cannot be written.
         log = path.with_name(path.name + "-wal")
@@ -94,8 +95,9 @@ class SqliteFile:
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
         """Messages of the wanted topics in blocks of rows."""
         self._notices.clear()
+        self._uncounted = False
         names = {number: topic.name for number, topic in self._topics.items() if topic.name in wanted}
-        read = size = 0
+        self._read = size = 0
         damage: Exception | str | None = None
         self._bound_work()
         try:
@@ -117,7 +119,7 @@ class SqliteFile:
                             break
                 except (sqlite3.Error, MemoryError) as error:
                     damage = error
-                read += len(rows)
+                self._read += len(rows)
                 size += fetched + len(rows)
                 if size > self._size:
                     damage = "its pages refer to each other in circles"
@@ -126,7 +128,7 @@ class SqliteFile:
             damage = error
         if damage is not None:
             said = {"case": "database", "error": _reason(damage)}
-            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"read": read}, said))
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"read": self._read}, said))
         elif wanted:
             self._compare()
 
@@ -135,7 +137,9 @@ class SqliteFile:
         known = ",".join(str(int(number)) for number in self._topics if isinstance(number, int)) or "NULL"
         total = self._count("messages NOT INDEXED")
         unlike = self._count(f"messages WHERE NOT ({WHOLE})")
-        nameless = self._count(f"messages WHERE {WHOLE} AND topic_id NOT IN ({known}) OR topic_id IS NULL")
+        # Not 'topic_id IS NULL': sqlite believes the schema, which says that it never is.
+        named = f"typeof(topic_id) = 'integer' AND topic_id IN ({known})"
+        nameless = self._count(f"messages WHERE {WHOLE} AND NOT ({named})")
         indexed = self._count("messages INDEXED BY timestamp_idx")
         with contextlib.suppress(sqlite3.Error, TypeError):
             low, high = self._database.execute("SELECT min(id), max(id) FROM messages").fetchone()
@@ -154,12 +158,17 @@ class SqliteFile:
             self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "indexed_rows"}))
 
     def _count(self, what: str) -> int:
-        """Rows of a table under a condition; 0 where they cannot be counted."""
+        """Rows of a table under a condition; 0 where they cannot be counted, which is a notice where damage is why."""
         self._bound_work()
         try:
             (count,) = self._database.execute(f"SELECT count(*) FROM {what}").fetchone()
             return int(count)
-        except (sqlite3.Error, TypeError):
+        except sqlite3.Error as error:
+            # An error of SQL is about an index or a column that this version of rosbag2 does not have.
+            if error.sqlite_errorcode != sqlite3.SQLITE_ERROR and not self._uncounted:
+                self._uncounted = True
+                said = {"case": "database", "error": _reason(error)}
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"read": self._read}, said))
             return 0
 
     def _bound_work(self) -> None:

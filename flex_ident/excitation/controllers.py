@@ -15,6 +15,8 @@ class Controller:
     interface: str | None = None
     partial: bool | None = None
     """Whether a trajectory may name fewer joints than it has."""
+    from_desired: bool | None = None
+    """Whether a trajectory begins where the one before wanted the joint to be, and not where it was measured."""
 
     def completed(self, kind: str, joint: str, joints: list[str]) -> list[str]:
         """`command.joints`, filled in where it is empty: `kind` is `forward_command` or `joint_trajectory`."""
@@ -47,3 +49,12 @@ class Controller:
                 f"command.joints lacks {', '.join(missing)}: add them, or leave it empty."
             )
         return ""
+
+    def advice(self, kind: str) -> str:
+        """What about it makes the joint follow worse than it could; empty when nothing does."""
+        if kind != "joint_trajectory" or self.from_desired is not False:
+            return ""
+        return (
+            f"{self.name} begins each trajectory where the joint was measured (interpolate_from_desired_state is "
+            "false): the joint lags, and its feedback is in the commands. Set it true."
+        )

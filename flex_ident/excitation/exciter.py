@@ -12,11 +12,11 @@ from flex_ident.errors import ConfigurationError
 from flex_ident.excitation.chirp import Reference
 from flex_ident.excitation.command_stream import RELEASE_S, CommandStream
 from flex_ident.excitation.commands import CommandLaw
-from flex_ident.excitation.following import Following
+from flex_ident.excitation.following import FirstMotion, Following
 from flex_ident.excitation.holding import Hold
 from flex_ident.excitation.joint_states import JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
-from flex_ident.excitation.motions import Braking, Travel, braking, travel
+from flex_ident.excitation.motions import Braking, Travel, braking, travel, with_first_motion
 from flex_ident.excitation.objections import STILL, start_objection
 from flex_ident.excitation.output import MOVING, Output, State
 from flex_ident.excitation.settings import ExciterSettings
@@ -50,7 +50,7 @@ class Exciter:
         self._progress = 0.0
         self._yielding = False
         self._yield_travel: Travel | None = None
-        self._following = Following(0.0)
+        self._first, self._following = FirstMotion(), Following(0.0)
         self._after: State = "done"
         self._hold: Hold | None = None
         self._left = False
@@ -97,7 +97,9 @@ class Exciter:
         except ConfigurationError as error:
             return str(error)
         self._center = sample.position if s.start_position is None else s.start_position
-        self._travel = travel(now, sample.position, self._center, self._approach_speed)
+        self._travel, self._first = travel(now, sample.position, self._center, self._approach_speed), FirstMotion()
+        if s.interface != "effort":  # whose gains may be too weak for a small motion against friction
+            self._travel = with_first_motion(self._travel, self._approach_speed, self.reference.bounds, self.limits)
         self._last, self._last_at = (sample.position, 0.0), now
         self._stream = CommandStream(law, now, sample.position, sample)
         self._hold = None
@@ -198,9 +200,10 @@ class Exciter:
             self._ramp_down(why, "aborted", yielding=True)
         elif moved := self._moved_away(sample):
             self._ramp_down(moved, "aborted")
-        elif self.state == "exciting" and self._watch.feedback(now) is not None:
-            why = self._following.fault(now, *self._last, sample.position)
-            if why:
+        elif self._watch.feedback(now) is not None:
+            if self.state == "moving_to_start":
+                self._first.add(*self._last, sample.position)
+            elif why := self._following.fault(now, *self._last, sample.position):
                 self._ramp_down(why, "aborted")
 
     def _moved_away(self, sample: JointSample) -> str:
@@ -227,7 +230,9 @@ class Exciter:
             if now < self._travel.end:
                 return self._travel.at(now)
             here = self._arrival(now)
-            if here is None:
+            if here is None and self._travel.aside and (why := self._first.fault()):
+                self._ramp_down(why, "aborted")
+            elif here is None:
                 self.state, self._began = "exciting", now
                 self._watch.begin(now)
                 self._following = Following(now)

@@ -1,9 +1,10 @@
 """Whether a joint follows, to the end: a controller that is inactive, of other joints or stopped takes commands and
 does nothing.
 
-The joint's motion is projected onto the reference's position and velocity, period by period: what it moves of itself,
-and the noise of its readings, do not look like following. A joint that follows less and less, as the frequency rises
-above what its controller can do, is none that stops.
+A first small motion is to show it before the chirp, which is watched to its end. The joint's motion is projected onto
+the reference's position and velocity, period by period: what it moves of itself, and the noise of its readings, do not
+look like following. A joint that follows less and less, as the frequency rises above what its controller can do, is
+none that stops.
 """
 
 from __future__ import annotations
@@ -71,6 +72,37 @@ class _Sums:
         return gain, math.sqrt(pp / n), math.sqrt(rest / n)
 
 
+def never(sums: _Sums, gain: float, amplitude: float) -> str:
+    """That a joint which is seen for the first time does not follow, empty where it does."""
+    if gain >= LEAST_GAIN:
+        return ""
+    return (
+        f"the joint does not follow: {_moved(sums, amplitude)}: is the controller active, and does command.joints hold "
+        "all of its joints?"
+    )
+
+
+def _moved(sums: _Sums, amplitude: float) -> str:
+    return f"it moved {sums.high - sums.low:.2g} rad while the reference moved {2.83 * amplitude:.2g} rad"
+
+
+class FirstMotion:
+    """Fed with the same as `Following` while the joint makes its first motion."""
+
+    def __init__(self) -> None:
+        self._sums = _Sums()
+
+    def add(self, position: float, velocity: float, joint: float) -> None:
+        """Add an instant."""
+        self._sums.add(position, velocity, joint)
+
+    def fault(self) -> str:
+        """That the joint did not move with the reference; empty when it did, or when that cannot be told."""
+        gain, amplitude, rest = self._sums.gain() if self._sums.n else (0.0, 0.0, 0.0)
+        tells = amplitude >= LEAST_AMPLITUDE and rest <= MOST_NOISE * amplitude
+        return never(self._sums, gain, amplitude) if tells else ""
+
+
 class Following:
     """Fed at each tick with the reference's position, rad, and velocity, rad/s, and the joint's position, rad."""
 
@@ -89,14 +121,11 @@ class Following:
         if amplitude < LEAST_AMPLITUDE or rest > MOST_NOISE * amplitude:
             return ""
         before, self._before = self._before, gain
-        moved = f"it moved {sums.high - sums.low:.2g} rad while the reference moved {2.83 * amplitude:.2g} rad"
         if before is None:
-            never = gain < LEAST_GAIN
-            asked = "is the controller active, and does command.joints hold all of its joints?"
-            return f"the joint does not follow: {moved}: {asked}" if never else ""
+            return never(sums, gain, amplitude)
         if gain < FALL and gain < FALL * before:
             return (
-                f"the joint has stopped following: {moved}, and followed by {100 * before:.0f} % just before: was the "
-                "robot stopped, or the controller switched?"
+                f"the joint has stopped following: {_moved(sums, amplitude)}, and followed by {100 * before:.0f} % "
+                "just before: was the robot stopped, or the controller switched?"
             )
         return ""

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 from flex_ident.errors import ConfigurationError, UsageError
 
+LARGEST = 4 << 20
+"""Characters of a URDF, at most."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -49,10 +52,7 @@ def urdf_limits(description: str, joint: str) -> Limits:
 
     Raises UsageError when it is no XML, has no such joint, or the joint cannot move.
     """
-    try:
-        root = ET.fromstring(description)
-    except ET.ParseError as error:
-        raise UsageError(f"robot_description is not XML ({error}).") from error
+    root = _parsed(description)
     # A joint of the kinematics has a type; those below <ros2_control> and <transmission> have none.
     found = [e for e in root.iter("joint") if e.get("name") == joint and e.get("type") is not None]
     if not found:
@@ -63,7 +63,7 @@ def urdf_limits(description: str, joint: str) -> Limits:
     mimic = found[0].find("mimic")
     if mimic is not None:
         raise UsageError(
-            f"joint '{joint}' mimics '{mimic.get('joint')}' in robot_description and has no drive of its own: name "
+            f"joint '{joint}' mimics {mimic.get('joint')!r} in robot_description and has no drive of its own: name "
             "the latter."
         )
     if _passive(root, joint):
@@ -79,9 +79,18 @@ def urdf_limits(description: str, joint: str) -> Limits:
 
 
 def is_continuous(description: str, joint: str) -> bool:
-    """Whether a URDF says that a joint turns without end."""
-    root = ET.fromstring(description)
+    """Whether a URDF says that a joint turns without end. Raises UsageError when it is no XML."""
+    root = _parsed(description)
     return any(e.get("name") == joint and e.get("type") == "continuous" for e in root.iter("joint"))
+
+
+def _parsed(description: str) -> ET.Element:
+    if len(description) > LARGEST:
+        raise UsageError(f"robot_description holds {len(description)} characters: {LARGEST} are read at most.")
+    try:
+        return ET.fromstring(description)
+    except (ET.ParseError, ValueError, LookupError) as error:  # the last two are about its encoding
+        raise UsageError(f"robot_description is not XML ({error}).") from error
 
 
 def _passive(root: ET.Element, joint: str) -> bool:

@@ -120,6 +120,8 @@ class ChirpExciter(Node):
         response.message = why or begun
         if not why and self._recording.unpublished:
             response.message += f"; not received so far: {self._recording.unpublished}"
+        if not why and (advice := self._controller.advice(self._experiment.values)):
+            response.message += f"; {advice}"
         return response
 
     def _on_stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -157,6 +159,8 @@ class ChirpExciter(Node):
             return str(error)
         with self._lock:
             self.run.opened(time.monotonic())
+        if advice := self._controller.advice(self._experiment.values):
+            self.get_logger().warning(advice)
         return ""
 
     def _on_state(self, data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The controller behind the command topic, asked for its own parameters over rcl_interfaces."""
+"""The controller behind the command topic, asked for its own parameters and whether it is active."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from flex_ident.excitation.controllers import Controller
+from flex_ident.nodes.controller_activity import ControllerActivity
 
-KEYS = ("joints", "interface_name", "allow_partial_joints_goal")
+FROM_DESIRED = ("interpolate_from_desired_state", "open_loop_control")
+"""Either means the same; the latter is the older."""
+KEYS = ("joints", "interface_name", "allow_partial_joints_goal", *FROM_DESIRED)
 UNKNOWN = "_NODE_NAME_UNKNOWN"
 ANSWER_S = 3.0
 """Time in which a node that takes the commands must answer; one that does not is no controller of ros2_control."""
@@ -51,9 +54,10 @@ class _Asked:
         joints = given.get("joints")
         if isinstance(joints, list) and joints and all(isinstance(j, str) for j in joints):
             interface, partial = given.get("interface_name"), given.get("allow_partial_joints_goal")
+            desired = [given[key] for key in FROM_DESIRED if isinstance(given.get(key), bool)]
             self.controller = Controller(
                 self.name, tuple(joints), interface if isinstance(interface, str) and interface else None,
-                partial if isinstance(partial, bool) else None,
+                partial if isinstance(partial, bool) else None, any(desired) if desired else None,
             )  # fmt: skip
 
     def end(self) -> None:
@@ -68,6 +72,7 @@ class ControllerParameters:
 
     def __init__(self, node: Node, topic: str) -> None:
         self._node, self._topic = node, topic
+        self._activity = ControllerActivity(node)
         self._asked: dict[str, _Asked] = {}
         self._nameless: dict[str, float] = {}
         """When those were first seen whose names have yet to get around."""
@@ -97,7 +102,7 @@ class ControllerParameters:
         return [a.controller for a in self._asked.values() if a.controller is not None]
 
     def problem(self, values: dict[str, Any]) -> str:
-        """Why the commands do not suit the controller, or that it has yet to answer; empty when they do."""
+        """Why commands do not suit the controller, or that it has yet to answer or to be active; empty when they do."""
         for controller in self.controllers:
             given = values["command.type"], values["command.interface"], values["joint"], values["command.joints"]
             if why := controller.objection(*given):
@@ -106,7 +111,13 @@ class ControllerParameters:
             return "command.joints is being filled in with the controller's: call again."
         waiting = [a.name for a in self._asked.values() if not a.over]
         waiting += ["a node" for since in self._nameless.values() if time.monotonic() - since < ANSWER_S]
-        return f"{', '.join(waiting)} has yet to say which joints it commands: call again." if waiting else ""
+        if waiting:
+            return f"{', '.join(waiting)} has yet to say which joints it commands: call again."
+        return self._activity.objection(a.name for a in self._asked.values())
+
+    def advice(self, values: dict[str, Any]) -> str:
+        """What about the controllers makes the joint follow worse than it could; empty when nothing does."""
+        return " ".join(filter(None, (controller.advice(values["command.type"]) for controller in self.controllers)))
 
     def completed(self, values: dict[str, Any]) -> dict[str, Any]:
         """The parameters with `command.joints` filled in by a controller that says which they are."""

@@ -9,10 +9,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import yaml
 from rclpy.node import Node
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.parameters.documents import yaml_document
 
 PARAMETERS = "ros__parameters"
 PATTERNS = {"**": r"(/\w+)*", "*": r"/\w+"}
@@ -44,15 +44,7 @@ def section_applies(section: str, node: str) -> bool:
 
 def sections_in(path: Path) -> list[str]:
     """The full names of the sections of a parameter file. Raises ConfigurationError."""
-    try:
-        content = yaml.load(path.read_text(encoding="utf-8"), _Strict)
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read ({error.strerror}).") from error
-    except yaml.MarkedYAMLError as error:
-        raise ConfigurationError(f"{path}: {error.problem}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise ConfigurationError(f"{path}: is not YAML.") from error
-    return list(_sections(content, ""))
+    return list(_sections(yaml_document(path), ""))
 
 
 def _sections(content: Any, prefix: str) -> Iterator[str]:
@@ -63,17 +55,3 @@ def _sections(content: Any, prefix: str) -> Iterator[str]:
                 yield prefix
             else:
                 yield from _sections(inner, f"{prefix}/{str(key).strip('/')}")
-
-
-class _Strict(yaml.SafeLoader):
-    """YAML in which a key stands once."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """The mapping. Raises MarkedYAMLError for a key that stands twice."""
-        seen = set()
-        for key_node, _ in node.value:
-            if key_node.value in seen and isinstance(key_node, yaml.ScalarNode):
-                line = key_node.start_mark.line + 1
-                raise yaml.MarkedYAMLError(problem=f"the key '{key_node.value}' stands twice, again in line {line}")
-            seen.add(key_node.value if isinstance(key_node, yaml.ScalarNode) else id(key_node))
-        return super().construct_mapping(node, deep=deep)

@@ -7,11 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.errors import ExcitationError
+from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.notices import Code, Notice
-from flex_ident.recording.instants import evened, grid_index, period_of
+from flex_ident.recording.instants import evened, grid_index, period_of, rough_period
 from flex_ident.recording.magnitudes import magnitude_notices
-from flex_ident.recording.recording import Floats, Recording, Role, Sampling, Signal, extent_text, more_needed
+from flex_ident.recording.recording import (
+    FASTEST_HZ,
+    Floats,
+    Recording,
+    Role,
+    Sampling,
+    Signal,
+    extent_text,
+    more_needed,
+    spacing_text,
+)
 from flex_ident.recording.resampling import GAP_PERIODS, UNIFORM, on_clock
 
 FEWEST = 64
@@ -69,6 +79,15 @@ def _skew(time: Floats, reference: Floats) -> float:
     return float(np.median(np.where(before <= after, before, -after)))
 
 
+def _refuse_too_close(signal: Signal) -> None:
+    period = rough_period(signal.time) if signal.time.size > 1 else np.inf
+    if period < 1.0 / FASTEST_HZ:
+        raise SignalError(
+            f"the samples of {signal.source} {spacing_text(period)}, which nothing that samples a joint does: have its "
+            "times recorded in s, or thin them out."
+        )
+
+
 def _instants(signals: list[Signal]) -> dict[Role, Floats]:
     """The instants at which each signal was sampled: a header's stamps as they are, receive times made even."""
     done: list[tuple[Floats, Floats]] = []
@@ -120,8 +139,10 @@ def aligned_recording(
 ) -> Recording:
     """One recording on the clock of the motor position; `others`: times and positions of other joints.
 
-    Raises ExcitationError when too little overlaps.
+    Raises ExcitationError when too little overlaps, SignalError when times cannot be those of samples.
     """
+    for signal in signals:
+        _refuse_too_close(signal)
     times = _instants(signals)
     period = period_of(times["motor_position"])
     start, stop, paused = _span([time for role, time in times.items() if role != "reference"], period)

@@ -21,6 +21,13 @@ LARGEST = 1e12
 """Magnitude of a value or time, SI, from which it is damage and no measurement."""
 
 
+def measurable(values: Floats) -> NDArray[np.bool_]:
+    """Which of the values are numbers that may have been measured: finite, and of a magnitude that is no damage."""
+    with np.errstate(invalid="ignore"):
+        found: NDArray[np.bool_] = np.abs(values) < LARGEST
+    return found
+
+
 def cleaned_signal(
     role: Role, source: str, clock: Literal["header", "receive"], time: Floats, values: Floats
 ) -> tuple[Signal, list[Notice]]:
@@ -31,8 +38,7 @@ def cleaned_signal(
     """
     notices: list[Notice] = []
     total = values.size
-    with np.errstate(invalid="ignore"):
-        finite = (np.abs(values) < LARGEST) & (np.abs(time) < LARGEST)
+    finite = measurable(values) & measurable(time)
     nonfinite = int(total - finite.sum())
     if total == 0 or not finite.any():
         what = "no messages" if total == 0 else f"none of {total} values that is a finite number"

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
 from flex_ident.notices import Code, Notice
-from flex_ident.recording.cleaning import cleaned_signal
-from flex_ident.recording.recording import Floats, Role, Signal
+from flex_ident.recording.cleaning import cleaned_signal, measurable
+from flex_ident.recording.instants import rough_period
+from flex_ident.recording.recording import FASTEST_HZ, Floats, Role, Signal, spacing_text
 from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
 
 OTHER_CLOCK = 1_000_000_000
@@ -47,7 +48,8 @@ def complaint_of(stamps: NDArray[np.int64]) -> str:
         return "are not set"
     steps = np.diff(stamps)
     if float(np.mean(steps > 0)) > INCREASING:
-        return ""
+        period = rough_period((stamps - stamps[0]).astype(np.float64) * 1e-9)
+        return spacing_text(period) if 0.0 < period < 1.0 / FASTEST_HZ else ""
     if np.count_nonzero(steps < 0) > np.count_nonzero(steps == 0):
         return "decrease"
     return "repeat from message to message" if (steps > 0).any() else "stand still"
@@ -70,7 +72,7 @@ def signals_of(
     origin = int(motor.stamps[np.flatnonzero(motor.stamps)[0]] if headed else motor.received[0])
     signals: list[Signal] = []
     for role, own in raw.items():
-        if role == "reference" and not np.isfinite(own.values).any():
+        if role == "reference" and not measurable(own.values).any():
             continue
         stamped = headed and usable_stamps(own.stamps)
         if stamped:

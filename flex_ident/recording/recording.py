@@ -15,6 +15,8 @@ from flex_ident.notices import Notice
 
 SHORT_S, SLOW_HZ = 10.0, 100.0
 """Duration and rate below which a recording is said to be short, or slow."""
+FASTEST_HZ = 1e5
+"""Rate above which times are no clock: nothing that samples a joint is that fast."""
 Floats = NDArray[np.float64]
 Role = Literal["motor_position", "link_position", "motor_torque", "reference"]
 
@@ -123,6 +125,11 @@ class Recording:
     def sample_time(self) -> float:
         """Sampling period, s."""
         return 1.0 / self.sample_rate_hz
+
+
+def spacing_text(period: float) -> str:
+    """How close samples lie, as in 'lie 1 ns apart (1e+09 Hz)'; `period` in s."""
+    return f"lie {1e9 * period:.3g} ns apart ({1.0 / period:.3g} Hz)"
 
 
 def extent_text(samples: int, rate_hz: float) -> str:

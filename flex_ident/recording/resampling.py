@@ -20,6 +20,8 @@ OVERLAP = 64
 """Samples on either side of a piece; a cubic spline forgets at 0.27 a sample."""
 FASTER = 1.5
 """Ratio of rates from which a signal is low-passed before it is sampled at the clock's."""
+MOSTLY_GAPS = 16
+"""Instants of its own grid for each sample from which a signal is so full of gaps that it is not low-passed."""
 EDGE, TAPS = 0.4, 20
 """Edge of that low-pass, of the clock's rate, and its length, in the clock's periods."""
 
@@ -72,9 +74,10 @@ def spline(time: Floats, values: Floats, clock: Floats) -> Floats:
 def _slowed(time: Floats, values: Floats, own_period: float, period: float) -> tuple[Floats, Floats]:
     """The signal on an even grid of its own period, without what the slower clock would alias."""
     taps = int(TAPS * period / own_period) // 2 * 2 + 1
-    even: Floats = np.arange(time[0], time[-1], own_period)
-    if even.size <= taps:
+    instants = (time[-1] - time[0]) / own_period
+    if not taps < instants < MOSTLY_GAPS * time.size:
         return time, values
+    even: Floats = np.arange(time[0], time[-1], own_period)
     kernel = signal.firwin(taps, EDGE / period, fs=1.0 / own_period)
     bridged, _ = _bridged(time, values, even, GAP_PERIODS * own_period)
     padded = np.pad(bridged, taps // 2, mode="reflect", reflect_type="odd")

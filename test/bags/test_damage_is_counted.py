@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from bag_writer import JOINT_STATE, ROS1_STORE, Message, data_file, joint_state, mcap_file, ns, ros1_bag, swing, written
 
-from flex_ident.bags import read_recording
+from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.errors import FlexIdentError
 from flex_ident.recording import Recording
 from flex_ident.report.sentences import sentence
 
@@ -164,6 +165,25 @@ def test_rows_that_are_no_messages_are_counted(tmp_path: Path, change: str, text
     assert read < SAMPLES
     assert text in said(recording)
     assert (f"{read} of {SAMPLES} messages of /joint_states were read" in said(recording)) == metadata
+
+
+@pytest.mark.parametrize("value", [0, 1, 26, 127, 128, 255])
+def test_a_row_whose_header_is_damaged_is_missed(tmp_path: Path, value: int) -> None:
+    """Sqlite finds some of these out only when it looks at the row, and not when it passes over it."""
+    bag = written(tmp_path, "sqlite3", 600)
+    (bag / "metadata.yaml").unlink()
+    file = data_file(bag)
+    whole = file.read_bytes()
+    with sqlite3.connect(file) as database:
+        (content,) = database.execute("SELECT data FROM messages WHERE id = 300").fetchone()
+    at = whole.index(content)
+    for before in range(1, 24):
+        file.write_bytes(whole[: at - before] + bytes([value]) + whole[at - before + 1 :])
+        try:
+            recording = read_recording(bag, SignalSelection(joint="joint_2"))
+        except FlexIdentError:
+            continue
+        assert recording.sampling[0].samples == 600 or recording.notices, f"{before} bytes before the message"
 
 
 def test_rows_of_which_only_the_index_knows_are_counted(tmp_path: Path) -> None:

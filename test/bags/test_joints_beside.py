@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from flex_ident.bags import SignalSelection, joint_motions, read_recording, writing
+from flex_ident.bags.other_joints import tracks
 from flex_ident.commands.check_bag import bag_check
 from flex_ident.errors import ExcitationError
 from flex_ident.jobs.joints import moving_joints
+from flex_ident.recording import Signal
+from flex_ident.recording.clocks import RawSignal
 
 RATE_HZ = 200.0
 
@@ -61,3 +64,20 @@ def test_an_arm_that_is_held_has_no_joint_that_moves(tmp_path: Path) -> None:
     writing.write_joint_states(tmp_path / "bag", t, ["x", "y", "z"], noise, 0.0 * noise, 4.0 + noise)
     with pytest.raises(ExcitationError, match="no joint moved"):
         read_recording(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("broken", ["stamps", "values", "size", "order"])
+def test_a_joint_beside_whose_messages_are_damaged_is_left_out(broken: str) -> None:
+    seconds = 0.005 * np.arange(2000)
+    values, stamps = np.sin(seconds), (1e9 * (1.0 + seconds)).astype(np.int64)
+    if broken == "stamps":
+        stamps = np.zeros_like(stamps)
+    elif broken == "values":
+        values = np.full_like(values, np.nan)
+    elif broken == "size":
+        values[::2] = 1e308 * np.sign(values[::2])
+        values[1::2] = np.inf
+    else:
+        stamps = stamps[::-1].copy()
+    motor = Signal("motor_position", "/joint_states:a.position", "header", seconds, np.sin(seconds))
+    assert tracks({"b": RawSignal("/joint_states:b.position", stamps, stamps, values)}, motor, 1.0) == {}

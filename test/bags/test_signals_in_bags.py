@@ -1,6 +1,7 @@
 """Where drivers leave their signals: changing layouts, empty arrays, other topics, other message types, no stamps."""
 
 import struct
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -560,3 +561,20 @@ def test_a_clock_that_was_set_while_messages_went_on_costs_nothing(tmp_path: Pat
         assert codes(recording) == ["clock_stepped"]
         assert f"was set once, by {1e3 * step:+.4g} ms" in sentence(recording.notices[0])
         np.testing.assert_allclose(recording.motor_position, Q, atol=1e-5)
+
+
+@pytest.mark.parametrize("value", [1e308, -np.inf, np.nan, 1e15])
+@pytest.mark.parametrize("every", [1, 2])
+def test_numbers_that_nobody_measured_in_another_joint_do_no_harm(tmp_path: Path, value: float, every: int) -> None:
+    messages = swing(1500)
+    for i in range(0, len(messages), every):
+        content = messages[i].content
+        content.position[0], content.effort[0] = (-1.0) ** i * value, value
+    path = mcap_file(tmp_path / "bag.mcap", messages)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        recording = read_recording(path, SignalSelection(joint="joint_2"))
+        found = {m.name: m for m in joint_motions(path)}
+    assert recording.others == {}
+    assert np.max(np.abs(recording.motor_position - position(recording.time))) < 1e-6
+    assert not found["joint_1"].moves

@@ -6,7 +6,7 @@ import pytest
 
 from flex_ident.errors import ConfigurationError, UsageError
 from flex_ident.excitation import Limits
-from flex_ident.excitation.limits import gravity_rest, urdf_limits
+from flex_ident.excitation.limits import gravity_rest, is_continuous, urdf_limits
 
 URDF = """<robot name="r">
 <joint name="elbow" type="revolute"><limit lower="-1" upper="2" velocity="3" effort="4"/></joint>
@@ -72,3 +72,21 @@ def test_gravity_rest_is_where_gravity_pulls_nothing() -> None:
         q = gravity_rest(mx, my, near)
         assert mx * math.cos(q) + my * math.sin(q) == pytest.approx(0.0, abs=1e-9)
         assert abs(q - near) <= math.pi / 2 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("description", "text"),
+    [
+        ("<a>\ud800</a>", "is not XML"), ("\0", "is not XML"), ("<a>" * 100_000, "is not XML"),
+        ("<!DOCTYPE a [<!ENTITY b '" + "c" * 100_000 + "'>]><a>" + "&b;" * 10_000 + "</a>", "amplification"),
+        ("<a/>" + " " * (5 << 20), "are read at most"),
+        ("<a><joint name='j' type='revolute'><mimic joint='&#10;&#127;'/></joint></a>", "mimics"),
+    ],
+)  # fmt: skip
+def test_a_description_made_to_hurt_is_refused_in_one_line(description: str, text: str) -> None:
+    for read in (urdf_limits, is_continuous):
+        if read is is_continuous and text == "mimics":
+            continue
+        with pytest.raises(UsageError, match=text) as caught:
+            read(description, "j")
+        assert str(caught.value).isprintable()

@@ -1,6 +1,6 @@
 """What can go wrong on a robot, one by one: each plays a fault and says what came of it.
 
-`python test/nodes/faults.py` plays them all and writes docs/faults.md.
+`python test/nodes/faults.py [TEXT]` plays those whose name holds a text, and writes their rows into docs/faults.md.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from plant_faults import EFFORT_LIMIT, PLANT_FAULTS, PlantFault, PlantOutcome, plant_table, played
+from plant_faults import PLANT_FAULTS, PlantFault, PlantOutcome, plant_rows, played
 from rig import COMMANDS, JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig, rig
 
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.errors import ExcitationError, FlexIdentError
 
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 ABORTED = 3
 TRIES = 3
 MORE_BYTES = 300_000
@@ -267,96 +268,27 @@ FAULTS: dict[str, Fault] = {
 }
 
 
-def table(outcomes: dict[str, Outcome]) -> str:
-    """The outcomes as Markdown."""
-    rows = [
-        "| fault | exit status, reason | to standstill, s | largest command, rad | fastest, rad/s | lost, s |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
+def rows(outcomes: dict[str, Outcome]) -> dict[str, str]:
+    """The outcomes as rows of Markdown, by what they begin with."""
+    found = {}
     for name, o in outcomes.items():
         reason = re.sub(r"/tmp/\S*/bags/", ".../", o.reason)
         stop = "" if o.seconds_to_stop is None else f"{o.seconds_to_stop:.2f}"
         lost = f"{o.lost_s:.2f}" if o.lost_s is not None and FAULTS[name].cut else ""
-        rows.append(
+        found[f"| {name} |"] = (
             f"| {name} | {o.status}: {reason or 'none'} | {stop} | {o.largest:.3f} | {o.fastest:.2f} | {lost} |"
         )
-    return "\n".join(rows)
+    return found
 
 
-TEXT = """# What happens when something goes wrong
-
-Played by `python test/nodes/faults.py` (and each by `test/nodes/test_faults.py`) on `simulated_joint` over DDS, with
-nodes as processes of their own. The joint may move ±{position} rad at {velocity} rad/s; commands at 500 Hz. The speed
-is the larger of what the reference says and the step from one commanded position to the next.
-
-{table}
-
-'To standstill' is from the fault to the last reference that moves, detection included: {timeout} s of silence are
-allowed. 'Lost' is by how much the bag ends before the last reference that a third process received.
-A negative exit status is that of a process killed; 0 is a run that ended as if nothing had happened.
-
-`make test` plays those of which no other one promises the same; these are left to `make test-campaign`: {campaign}.
-
-## On the joints
-
-The same under each kind of command, with a robot written for the tests (`test/nodes/robot.py`): its controllers behave
-as ros2_control's do, a command stands until the next one comes. What is measured is what its joints really did, not
-what was commanded. The joint may move ±{position} rad from where it began, at {velocity} rad/s and {effort:g} N m;
-the other joint must hold. 'Standstill' is from the fault on. `make test` plays kill -9 and SIGSTOP of the exciter under
-effort commands, `make test-campaign` all.
-
-{plant}
-
-## The guard
-
-A process of its own, started with the exciter; `~/start` refuses until it is there, and says which one it is. Each
-command is followed by a heartbeat over a pipe, which says for how long that command may stand: 1 s for a position, as
-the drive stays there; 0.12 s for a speed or an effort, and for a speed less, down to 0.04 s, where a bound of the
-position is near; so for an effort, by the speed that the joint has. When the next heartbeat does not come in time, or
-the pipe ends with the exciter, the guard commands no speed, or the last position, for two seconds. It takes no signal
-but SIGKILL, and ends with the exciter. An exciter that goes on after it stood still for that long commands nothing but
-the same, under effort commands nothing at all as the guard has the joint by then, and ends. A machine that is so busy
-that it holds up the exciter for that long therefore ends a run.
-
-Under effort commands the guard has feedback of its own: it hears the joint states, and when it takes over it brakes the
-joint with the exciter's gains, inside the effort limit and within half of the way that is left to the bound ahead, and
-holds it where it comes to rest, the others where they were. After two seconds, when all have stood still for 0.3 s, it
-leaves the effort that holds them there, and ends; those that do not come to rest it holds for ten seconds. What the
-exciter does not believe, it does not: readings that are missing, not finite, frozen, that jump, or that are far from
-where the exciter saw the joint last. Blind, it lets the efforts fade to those that held the joints before anything
-moved. What still moves then coasts to rest by its own friction.
-
-`~/start` refuses until the guard is heard by all who hear the exciter, and under effort commands until it hears the
-joint states. Neither it nor the exciter has memory in common with others where ROS uses Fast DDS
-(`flex_ident/nodes/transports.py`): a first message by way of shared memory was held up by 0.33 s, in which a joint went
-on under the last effort; and so were the joint states of robots, seen as pauses of a third of a second.
-
-What it cannot do: outlive a machine that dies, or an end by SIGKILL of both (a container that is removed). A joint
-whose load at rest differs much from place to place is left with a constant effort in the end, and its friction must
-hold it.
-
-## Which cause is told
-
-| what is seen | what it is | what is said |
-| --- | --- | --- |
-| readings the same, stamps go on | controller not active, driver stuck | frozen, though their stamps go on |
-| readings and stamp the same | the driver repeats one message | frozen, with the same stamp again and again |
-| readings noisy, the joint does not move at all | inactive controller, other joints | the joint does not follow |
-| the same, after it had followed | protective stop, switched controller | the joint has stopped following |
-| no joint state, and no tick of the exciter either | the machine held up the exciter | this node stood still |
-| no joint state, ticks go on | driver, network | no joint state for ... |
-| joint states come, later and later | a backlog, a slow network | ... behind, they wait somewhere |
-| the position jumps by a whole turn | a reading that wraps | jumps by ..., a whole turn: it wraps |
-| the position jumps otherwise | encoder, driver | jumps by ... |
-| either jumps, two publish joint states | a second publisher | A and B publish joint states, do two know the joint? |
-
-After any of these but the two of following, no feedback is believed until the next run: positions brake along the
-reference, speeds no faster than that, efforts fade to what held the joint.
-
-Not in the table, as it is Fast DDS's own: the answer to a service call is dropped when the server has yet to discover
-the client (ros2/rmw_fastrtps, issue 842), most often on a busy machine. The call has had its effect all the same; what
-came of it is on the latched topics `/chirp_exciter/state` and `/identifier/result`.
-"""
+def with_rows(page: str, new: dict[str, str]) -> str:
+    """The page with rows put in place of those that begin alike. Raises AssertionError where one has no place."""
+    lines = page.splitlines()
+    for begin, row in new.items():
+        places = [i for i, line in enumerate(lines) if line.startswith(begin)]
+        assert len(places) == 1, f"{PAGE.name} has {len(places)} rows '{begin}'"
+        lines[places[0]] = row
+    return "\n".join(lines) + "\n"
 
 
 Found = TypeVar("Found", Outcome, PlantOutcome)
@@ -381,25 +313,29 @@ def as_expected(play: Callable[[Rig], Found], fault: Fault | PlantFault, name: s
 
 
 def main() -> int:
-    """Play all faults and write the table."""
-    try:
-        outcomes = {name: as_expected(fault.play, fault, name) for name, fault in FAULTS.items()}
-        on_plant = {
-            (name, kind): as_expected(partial(played, name=name, kind=kind), fault, f"{name}, {kind}")
-            for name, fault in PLANT_FAULTS.items()
-            for kind in fault.kinds
-        }
-    except AssertionError as error:
-        print(f"{error}; nothing is written", file=sys.stderr)
-        return 1
-    path = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
-    text = TEXT.format(
-        position=POSITION_LIMIT, velocity=VELOCITY_LIMIT, effort=EFFORT_LIMIT, timeout=SILENCE_S,
-        table=table(outcomes), plant=plant_table(on_plant),
-        campaign="; ".join(name for name, fault in FAULTS.items() if fault.campaign),
-    )  # fmt: skip
-    path.write_text(text, encoding="utf-8")
-    return 0
+    """Play the faults whose name holds the text that is given, all without one, and write their rows into the page."""
+    text = sys.argv[1] if len(sys.argv) > 1 else ""
+    plays = {name: partial(_row, name) for name in FAULTS if text in name}
+    plays |= {f"{name}, {kind}": partial(_plant_row, name, kind) for name, fault in PLANT_FAULTS.items() if text in name
+              for kind in fault.kinds}  # fmt: skip
+    failed = False
+    for name, play in plays.items():
+        try:
+            new = play()
+            PAGE.write_text(with_rows(PAGE.read_text(encoding="utf-8"), new), encoding="utf-8")
+        except AssertionError as error:
+            print(f"{name}: {error}; its row stays as it was", file=sys.stderr)
+            failed = True
+    return int(failed)
+
+
+def _row(name: str) -> dict[str, str]:
+    return rows({name: as_expected(FAULTS[name].play, FAULTS[name], name)})
+
+
+def _plant_row(name: str, kind: str) -> dict[str, str]:
+    fault = PLANT_FAULTS[name]
+    return plant_rows({(name, kind): as_expected(partial(played, name=name, kind=kind), fault, f"{name}, {kind}")})
 
 
 if __name__ == "__main__":

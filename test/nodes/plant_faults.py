@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rig import POSITION_LIMIT, VELOCITY_LIMIT, Rig
-from stand_in import STOPPED, exciting, guard_pid
+from rig import JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig
+from stand_in import KINDS, STOPPED, exciting, guard_pid
 
 EFFORT_LIMIT = 60.0
 TIMEOUT_S = 0.6
@@ -104,6 +104,16 @@ def robot_fault(name: str, *, later_s: float = 0.0, **parameters: Any) -> Play:
     return play
 
 
+def inactive(made: Rig, kind: str) -> float:
+    """A controller that is loaded and not active, and nobody who says so."""
+    its, ours = KINDS[kind]
+    made.robot(**{**its, "active": False})
+    made.exciter(**{"command.joints": ["shoulder", JOINT], "limits.state_timeout_s": 1.0, **ours})
+    refusal = made.start_exciting()
+    assert not refusal, refusal
+    return time.monotonic()
+
+
 @dataclass(frozen=True)
 class PlantFault:
     """How a fault is played, under which kinds of command, and what must come of it."""
@@ -127,6 +137,7 @@ PLANT_FAULTS: dict[str, PlantFault] = {
     "the readings go NaN": PlantFault(robot_fault("nan"), "is nan", kinds=FEEDBACK),
     "the readings lose the joint": PlantFault(robot_fault("lose_joint"), "vanished", kinds=FEEDBACK),
     "the readings come later and later": PlantFault(robot_fault("late"), "behind, 0.600 s allowed", kinds=FEEDBACK),
+    "the controller is not active from the start": PlantFault(inactive, "does not follow"),
     "the controller is switched off at two thirds": PlantFault(
         robot_fault("inactive", later_s=3.0), "has stopped following", kinds=("position", "trajectory")
     ),
@@ -144,15 +155,12 @@ def played(made: Rig, name: str, kind: str) -> PlantOutcome:
     return measured(made, at)
 
 
-def plant_table(outcomes: dict[tuple[str, str], PlantOutcome]) -> str:
-    """The outcomes as Markdown."""
-    rows = [
-        "| fault | command | exit status, reason | standstill, s | farthest, rad | fastest, rad/s | strongest, N m |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for (name, kind), o in outcomes.items():
-        rows.append(
+def plant_rows(outcomes: dict[tuple[str, str], PlantOutcome]) -> dict[str, str]:
+    """The outcomes as rows of Markdown, by what they begin with."""
+    return {
+        f"| {name} | {kind} |": (
             f"| {name} | {kind} | {o.status}: {o.reason} | {o.seconds_to_stand:.2f} | {o.farthest:.3f} | "
             f"{o.fastest:.2f} | {o.strongest:.1f} |"
         )
-    return "\n".join(rows)
+        for (name, kind), o in outcomes.items()
+    }

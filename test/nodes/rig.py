@@ -220,10 +220,10 @@ class Rig:
         end = time.monotonic() + timeout_s
         while time.monotonic() < end and self.processes[name].poll() is None:
             rclpy.spin_once(self.node, timeout_sec=0.05)
-        self._drain()
+        self.listen_up()
         return self.processes[name].poll()
 
-    def _drain(self) -> None:
+    def listen_up(self) -> None:
         """Take what was sent before and has yet to be looked at."""
         before = -1
         while before != len(self.references) + len(self.commands):

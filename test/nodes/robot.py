@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -55,6 +56,9 @@ class Robot:
     trajectory: bool = False
     partial: bool = False
     active: bool = True
+    manager: bool = False
+    """Whether a controller manager says once a second which controllers are active."""
+    from_desired: bool = False
     rate_hz: float = 500.0
     limit: float = 0.4
     speed: float = 2.0
@@ -82,11 +86,27 @@ class Controller:
         if robot.trajectory:
             self.node.declare_parameter("command_interfaces", [robot.interface])
             self.node.declare_parameter("allow_partial_joints_goal", robot.partial)
-            self.node.declare_parameter("interpolate_from_desired_state", False)
+            self.node.declare_parameter("interpolate_from_desired_state", robot.from_desired)
             self.node.create_subscription(JointTrajectory, "~/joint_trajectory", self._trajectory, best_effort)
         else:
             self.node.declare_parameter("interface_name", robot.interface)
             self.node.create_subscription(Float64MultiArray, "~/commands", self._forward, best_effort)
+        if robot.manager:
+            self._diagnostics = self.node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+            self.node.create_timer(1.0, self._say)
+
+    def _say(self) -> None:
+        """What ros2_control's controller manager tells the diagnostics, among what others do."""
+        states = {"joint_state_broadcaster": "active", self._robot.controller: "active"}
+        if not self._robot.active:
+            states[self._robot.controller] = "inactive"
+        values = [KeyValue(key=key, value=value) for key, value in states.items()]
+        activity = DiagnosticStatus(
+            name="controller_manager: Controllers Activity", hardware_id="ros2_control", values=values
+        )
+        components = [KeyValue(key=self._robot.controller, value="inactive")]
+        hardware = DiagnosticStatus(name="controller_manager: Hardware Components Activity", values=components)
+        self._diagnostics.publish(DiagnosticArray(status=[activity, hardware]))
 
     def _forward(self, message: Float64MultiArray) -> None:
         if self._robot.active and len(message.data) == len(self._robot.controlled):

@@ -13,6 +13,8 @@ pytest.importorskip("rclpy", reason="needs rclpy")
 from rig import JOINT, rig
 from stand_in import KINDS, TOPIC, exciting
 
+from flex_ident.excitation.motions import FIRST_MOTION
+
 pytestmark = pytest.mark.ros
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 
@@ -72,7 +74,7 @@ def test_the_shipped_configuration_moves_a_trajectory_controller_of_several_join
         assert np.ptp(truth[:, [1, 3]], axis=0).max() < 0.01
 
 
-def test_an_inactive_controller_is_found_out(tmp_path: Path) -> None:
+def test_an_inactive_controller_is_found_out_by_a_first_small_motion(tmp_path: Path) -> None:
     with rig(tmp_path) as made:
         made.robot(active=False)
         made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.state_timeout_s": 1.0})
@@ -80,3 +82,32 @@ def test_an_inactive_controller_is_found_out(tmp_path: Path) -> None:
         assert made.ended("chirp_exciter") == 3
         assert "the joint does not follow" in made.output("chirp_exciter")
         assert "is the controller active" in made.output("chirp_exciter")
+        assert "exciting" not in made.states
+        assert made.largest_command() <= FIRST_MOTION + 1e-4
+
+
+def test_an_inactive_controller_is_refused_where_its_manager_says_so(tmp_path: Path) -> None:
+    with rig(tmp_path) as made:
+        made.robot(active=False, manager=True)
+        made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.state_timeout_s": 1.0,
+                        "chirp.duration_s": 2.0})  # fmt: skip
+        said = "/forward_position_controller is inactive, as its controller manager says: activate it, then call again."
+        assert made.start_exciting(30.0, expected="is inactive") == said
+        made.spin(0.5)
+        truth = made.truth()
+        assert np.abs(truth[:, 1:3] - truth[0, 1:3]).max() == 0.0
+        assert made.set_parameter("robot", "fault", "none") == ""
+        assert made.start_exciting(10.0) == ""
+        assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
+
+
+@pytest.mark.parametrize("from_desired", [False, True])
+def test_a_controller_whose_feedback_is_in_the_commands_is_told(from_desired: bool, tmp_path: Path) -> None:
+    its, ours = KINDS["trajectory"]
+    with rig(tmp_path) as made:
+        made.robot(**its, from_desired=from_desired)
+        made.exciter(**{"command.joints": ["shoulder", JOINT], "limits.state_timeout_s": 1.0, **ours,
+                        "chirp.duration_s": 2.0})  # fmt: skip
+        assert made.start_exciting() == ""
+        assert made.ended("chirp_exciter") == 0, made.output("chirp_exciter")
+        assert ("interpolate_from_desired_state is false" in made.output("chirp_exciter")) != from_desired

@@ -27,6 +27,7 @@ from rosbags.highlevel import AnyReader
 from flex_ident import __version__
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.excitation import ChirpSettings, chirp_reference
+from flex_ident.excitation.motions import SHORTEST_TRAVEL_S
 from flex_ident.nodes import chirp_exciter
 from flex_ident.nodes.bag_file import RUN_FILE
 
@@ -116,6 +117,7 @@ def reference_is_exact(references: list[tuple[float, float, float]]) -> None:
     chirp = chirp_reference(settings)
     stamps, positions, velocities = np.array(references).T
     moving = np.flatnonzero(np.abs(velocities) > 1e-3)
+    moving = moving[stamps[moving] > stamps[moving[0]] + SHORTEST_TRAVEL_S]  # behind the first small motion
     first, center = moving[0], positions[moving[0] - 1]
     # The first moving sample tells the instant of the start to a fraction of a tick.
     starts = np.arange(-0.02, 0.02, 1e-5) + stamps[first]

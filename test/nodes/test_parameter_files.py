@@ -40,9 +40,12 @@ def test_namespaces_may_be_nested(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("/**:\n  ros__parameters:\n    joint: a\n    joint: b\n", "the key 'joint' stands twice, again in line 4"),
-        ("/**: [\n", "expected"),
+        ("/**:\n  ros__parameters:\n    joint: a\n    joint: b\n", r"the key 'joint' twice \(again in line 4\)"),
+        ("/**: [\n", "is not YAML"),
         ("a: b: c\n", "mapping values"),
+        ("a: &a [*a]\n", r"an alias \(\*a\) in line 1"),
+        ("a: " * 40 + "b\n", "is not YAML"),
+        ("{a: " * 40 + "}" * 40, "nested more than 32 levels"),
     ],
 )
 def test_what_is_ambiguous_is_refused(text: str, why: str, tmp_path: Path) -> None:

@@ -1,9 +1,11 @@
 """Signals as they come from robots, against a truth that is known at every instant."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
-from flex_ident.errors import ExcitationError
+from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.recording import Floats, Recording, Signal
 from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.recording import Role
@@ -159,3 +161,26 @@ def test_hour_long_recording_with_jitter_stays_on_time() -> None:
     recording, clock = recorded(motor, torque)
     for part in (slice(100, 60_000), slice(-60_000, -100)):
         assert abs(delay(recording.motor_position[part], clock[part])) < 1e-3 / rate
+
+
+@pytest.mark.parametrize("period", [1e-9, 1e-7, 5e-6])
+@pytest.mark.parametrize("role", ["motor_position", "motor_torque"])
+def test_times_that_no_samples_can_have_are_refused(period: float, role: Role) -> None:
+    signals = [sampled("motor_position", 500.0), sampled("motor_torque", 500.0)]
+    close = [
+        Signal(s.role, s.source, "header", period * np.arange(s.time.size), s.values) if s.role == role else s
+        for s in signals
+    ]
+    with pytest.raises(SignalError, match=r"lie [0-9.e+]+ ns apart .*e\+0"):
+        recorded(*close)
+
+
+def test_bursts_far_apart_do_not_ask_for_memory_between_them() -> None:
+    time = np.concatenate((2e-5 * np.arange(2000), 3.9 + 2e-5 * np.arange(2000)))
+    torque = Signal("motor_torque", "/torque", "header", time, truth(time))
+    tracemalloc.start()
+    try:
+        recorded(sampled("motor_position", 500.0, seconds=4.0), torque)
+        assert tracemalloc.get_traced_memory()[1] < 5e6
+    finally:
+        tracemalloc.stop()

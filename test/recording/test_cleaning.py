@@ -128,7 +128,13 @@ def test_stamps_that_are_not_set_or_stand_still_give_way(stamps: Floats | None) 
 
 @pytest.mark.parametrize(
     ("stamps", "why"),
-    [(np.zeros(1000) - EPOCH * 1e-9, "are not set"), (np.ones(1000), "stand still"), (-TIME, "decrease")],
+    [
+        (np.zeros(1000) - EPOCH * 1e-9, "are not set"),
+        (np.ones(1000), "stand still"),
+        (-TIME, "decrease"),
+        (1e-9 * np.arange(TIME.size), "lie 1 ns apart"),
+        (1e-3 * TIME, "lie 1e+03 ns apart"),
+    ],
 )
 def test_why_stamps_give_way_is_said(stamps: Floats, why: str) -> None:
     both = {"motor_position": raw(stamps), "motor_torque": raw(stamps)}
