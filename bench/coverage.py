@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from coverage_tables import print_tables  # noqa: E402
-from plants import Case, case_of, made  # noqa: E402
+from plants import Case, CaseError, case_of, made  # noqa: E402
 
 Line = dict[str, Any]
 Task = tuple[int, int, bool, str, bool]
@@ -61,6 +61,8 @@ def result_line(task: Task) -> Line:
         line["made_s"] = time.monotonic() - started
         started = time.monotonic()
         line.update(explanation(made_case.recorded, sensors) if explained else answer(made_case.recorded, sensors))
+    except CaseError as error:  # no motion that this controller can play suits the joint: no recording, no result
+        line["error"], line["verdict"] = str(error)[:500], "not played"
     except Exception as error:
         line["error"] = f"{type(error).__name__}: {error}"[:500]
         line["verdict"] = "error"
@@ -153,7 +155,10 @@ def main() -> None:
                 if not given.quiet:
                     what = line.get("error") or line["verdict"]
                     print(f"{done}/{len(tasks)} {line['name']} {what} {line['seconds']:.1f} s", file=sys.stderr)
-    print_tables([line for line in lines_in(given.out) if line["hidden"] == given.hidden])
+    lines = [line for line in lines_in(given.out) if line["hidden"] == given.hidden]
+    played = [line for line in lines if line["verdict"] != "not played"]
+    print(f"{len(lines) - len(played)} of {len(lines)} could not be played: no amplitude and gain suit the joint")
+    print_tables(played)
 
 
 if __name__ == "__main__":

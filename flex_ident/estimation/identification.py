@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.effects import key_named, trade_error
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.effort_kind import as_told, friction_keys
@@ -19,17 +18,17 @@ from flex_ident.estimation.estimate import (
     rigid_keys,
     started_values,
 )
-from flex_ident.estimation.evidence import evidence_of, is_identifiable
+from flex_ident.estimation.evidence import evidence_of
 from flex_ident.estimation.far_mode import rigid_link_notice
+from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import rigid_left_percent, rigid_notice
-from flex_ident.estimation.thresholds import FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR, SENSOR_LEFT
+from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
 from flex_ident.judgement.thresholds import GOOD_RIGID
-from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import (
@@ -138,13 +137,30 @@ def _identified(
         rigid = rigid_left_percent(recording, prismatic=prismatic, band_hz=options.band_hz)
         if rigid is None or rigid > GOOD_RIGID:
             raise
-        raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error
+        if not may_be_rigid(options):
+            raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error
+        said = Notice(Code.TAKEN_AS_RIGID, "K", {"rigid_percent": rigid}, {"case": "alone"})
+        return _rigid(recording, options, sensors, prismatic, progress, said)
+
+
+def may_be_rigid(options: IdentifyOptions) -> bool:
+    """Whether a rigid joint may be what is fitted: unless a mode, or a model with a spring, is given."""
+    return not options.rigid and options.first_mode_hz is None and options.model is None
+
+
+def _rigid(
+    recording: Recording, options: IdentifyOptions, sensors: Sensors, prismatic: bool, progress: Progress | None,
+    said: Notice,
+) -> Identification:  # fmt: skip
+    """The result of a rigid joint, where the motion shows no spring, with the notice that says so."""
+    found = _simulated(recording, replace(options, rigid=True), sensors, prismatic, progress)
+    return replace(found, notices=(said, *found.notices))
 
 
 def _simulated(
     recording: Recording, options: IdentifyOptions, sensors: Sensors, prismatic: bool, progress: Progress | None
 ) -> Identification:
-    """Maximum likelihood by simulation, rejected where a rigid joint does as well."""
+    """Maximum likelihood by simulation; of a rigid joint where that does as well."""
     problem = fit_problem(
         recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, band_hz=options.band_hz
     )
@@ -158,7 +174,13 @@ def _simulated(
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
     rigid = None
     if sensors != "motor+link" and not options.rigid:
-        rigid = rigid_notice(recording, result, prismatic=prismatic, band_hz=problem.band_hz)
+        rigid = rigid_notice(
+            recording, result.fit.relative_error_percent, open_spring=not result.parameter("K").identifiable,
+            prismatic=prismatic, band_hz=problem.band_hz,
+        )  # fmt: skip
+    if rigid is not None and may_be_rigid(options):
+        said = replace(rigid, code=Code.TAKEN_AS_RIGID, texts={"case": "as_well"})
+        return _rigid(recording, options, sensors, prismatic, progress, said)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
@@ -227,67 +249,6 @@ def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, fl
         return float(residual @ residual) if np.isfinite(residual).all() else math.inf
 
     return min(starts, key=left)
-
-
-def folding_error(estimate: Estimate) -> float:
-    """Relative standard deviation for what the recording's rate folds back onto the locked-motor frequency.
-
-    A held command excites its images about the rate, and an inertia answers each with the inverse square of its
-    frequency: the image is (f / (rate - f))^3 of the motion. It matters most where the motor hardly moves.
-    """
-    if estimate.problem.rigid:
-        return 0.0
-    locked_hz, rate_hz = modes_hz(estimate.fit.values)["locked_motor_hz"], estimate.problem.recording.sample_rate_hz
-    nearest_hz = max(rate_hz - locked_hz, 0.5 * rate_hz)
-    return FOLDING * (locked_hz / nearest_hz) ** 3
-
-
-def reversal_error(estimate: Estimate, key: str) -> float:
-    """Standard deviation of the friction of motor and link for what the laws of its turning over leave open.
-
-    And of the motor's inertia: friction that turns over otherwise looks like it, by its size over the acceleration, and
-    half of that where no structure is left.
-    """
-    values, problem = estimate.fit.values, estimate.problem
-    if key in ("FV", "FS") and not problem.rigid:
-        link = problem.link_response_of(values)
-        error = LINK_REVERSAL_ERROR * values.get("FS", 0.0)
-        return error if key == "FS" or link is None else error / (float(np.std(link.velocity)) or math.inf)
-    dry = "FS" if problem.rigid else "FSm"
-    error = REVERSAL_ERROR * values.get(dry, 0.0)
-    if key == dry:
-        return error
-    speed, acceleration = (float(np.std(x)) or math.inf for x in (problem.motion.velocity, problem.motion.acceleration))
-    if key == ("FV" if problem.rigid else "FVm"):
-        return error / speed
-    if key == ("J" if problem.rigid else "Jm"):
-        return (1.0 if estimate.left.structured(estimate.left.gap) else 0.5) * error / acceleration
-    return 0.0
-
-
-def identified_parameter(estimate: Estimate, key: str) -> Parameter:
-    """One key of an estimate with its uncertainty and whether the data determine it."""
-    value = float(estimate.fit.values[key])
-    std = estimate.uncertainty.std(key)
-    if key not in MEASUREMENT_KEYS:
-        std = math.hypot(std, folding_error(estimate) * value)
-    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key))
-    at_bound = key in estimate.fit.at_bound
-    ci95 = None
-    if at_bound:
-        low, high = key_bounds(key, {})
-        ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
-    identifiable = True if key in MEASUREMENT_KEYS else is_identifiable(estimate, key)
-    return Parameter(key, value, std, key_named(key).unit, identifiable, ci95=ci95, at_bound=at_bound)
-
-
-def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
-    """Locked-motor and free resonance, Hz, of Jm, K and JL; without Jm the first only."""
-    k, jm, jl = values["K"], values.get("Jm", 0.0), values["JL"]
-    modes = {"locked_motor_hz": math.sqrt(k / jl) / (2.0 * math.pi)}
-    if jm > 0.0:
-        modes = {"free_resonance_hz": math.sqrt(k * (1.0 / jm + 1.0 / jl)) / (2.0 * math.pi), **modes}
-    return modes
 
 
 def _paper_order(parameter: Parameter) -> int:

@@ -12,7 +12,6 @@ from flex_ident.judgement.thresholds import GOOD_RIGID, MOST_RIGID, RIGID_MARGIN
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.notices import Code, Notice
-from flex_ident.parameters import Identification
 from flex_ident.recording import Recording
 
 
@@ -44,15 +43,19 @@ def _left_percent(problem: FitProblem, values: Mapping[str, float]) -> float:
 
 
 def rigid_notice(
-    recording: Recording, sprung: Identification, *, prismatic: bool, band_hz: float | None = None
+    recording: Recording,
+    sprung_percent: float,
+    *,
+    open_spring: bool,
+    prismatic: bool,
+    band_hz: float | None = None,
 ) -> Notice | None:
-    """That a rigid joint does as well as the spring that was fitted; None where the spring has earned its place.
+    """That a rigid joint does as well as one with a spring, which leaves `sprung_percent` of the torque and is not
+    determined where it is `open_spring`; None where the spring has earned its place.
 
     It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
     a motor alone only: with the link's position a spring can be measured that the torque does not show.
     """
-    sprung_percent = sprung.fit.relative_error_percent
-    open_spring = not sprung.parameter("K").identifiable
     enough = max(min(RIGID_MARGIN * sprung_percent, MOST_RIGID), GOOD_RIGID if open_spring else 0.0)
     left = rigid_left_percent(recording, prismatic=prismatic, band_hz=band_hz, enough=enough)
     if left is None:

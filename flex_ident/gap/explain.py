@@ -26,6 +26,7 @@ from flex_ident.gap.explanation import (
 from flex_ident.gap.final import gap_of, judged_again
 from flex_ident.gap.findings import finding_of
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.rigid_base import rigid_alone, rigid_as_well
 from flex_ident.gap.search import Progress, Search, searched
 from flex_ident.gap.thresholds import AT_THE_LIMIT, NOT_A_MODEL, VISIBLE
 from flex_ident.gap.where import Variable, profile, regions, variables
@@ -65,7 +66,17 @@ def explain(
     held = validation_blocks(problem)
     _refuse_short(problem, held)
     report(0.02, "fitting the base model")
-    kinds = fitted_base(problem, options)
+    try:
+        kinds = fitted_base(problem, options)
+    except ExcitationError:
+        rigid = rigid_alone(recording, problem, options)
+        if rigid is None:
+            raise
+    else:
+        rigid = rigid_as_well(recording, problem, kinds, options)
+    if rigid is not None:
+        found = explain(recording, replace(options, rigid=True), progress=progress)
+        return replace(found, notices=(rigid, *found.notices))
     solver, base = kinds.solver, kinds.fit
     report(0.2, "screening")
     coarse = _coarse(recording, problem, options)

@@ -10,7 +10,7 @@ import numpy as np
 
 from flex_ident.effects import effect_named
 from flex_ident.estimation.estimate import Estimate
-from flex_ident.estimation.identification import identified_parameter
+from flex_ident.estimation.identified import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
 from flex_ident.gap.search import Accepted, Search

@@ -371,6 +371,11 @@ class Code(StrEnum):
         "The error is larger where the fit did not look; rejects where the recording is too short to keep such a part.",
         "Record longer.",
     )  # fmt: skip
+    TAKEN_AS_RIGID = (
+        "taken_as_rigid", "info",
+        "The motion shows no spring: a rigid joint explains the torque as well, and is what was fitted.",
+        "Sweep to higher frequencies, or read a link encoder, for the spring.",
+    )  # fmt: skip
     RIGID_AS_WELL = (
         "rigid_as_well", "reject",
         "A rigid joint explains the recording as well: there is no sign of the spring that was fitted.",

@@ -440,6 +440,17 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "longer."
         ),
     },
+    Code.TAKEN_AS_RIGID: {
+        "as_well": (
+            "the motion shows no spring: a rigid joint explains it as well ({rigid_percent:.1f} against "
+            "{sprung_percent:.1f} % of the torque left), and is what was fitted. Sweep to higher frequencies, or read "
+            "a link encoder, for the stiffness."
+        ),
+        "alone": (
+            "the motion shows no spring: a rigid joint leaves {rigid_percent:.1f} % of the torque, and is what was "
+            "fitted. Sweep to higher frequencies, or read a link encoder, for the stiffness."
+        ),
+    },
     Code.RIGID_AS_WELL: (
         "a rigid joint explains it as well ({rigid_percent:.1f} against {sprung_percent:.1f} % of the torque left): "
         "use --rigid, or sweep to higher frequencies for the spring."

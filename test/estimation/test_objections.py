@@ -10,6 +10,7 @@ from flex_ident.bags import read_recording
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap import explain
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording
 from flex_ident.recording.magnitudes import magnitude_notices
@@ -27,14 +28,15 @@ def cobot() -> Recording:
 
 
 @pytest.mark.skipif(not EMPS.exists(), reason="needs ../shared/real/emps_train")
-def test_rigid_machine_is_sent_to_rigid() -> None:
+def test_rigid_machine_is_taken_as_rigid() -> None:
     result = identify(read_recording(EMPS))
-    assert result.verdict == "rejected"
-    assert result.notices[0].code == "rigid_as_well"
+    assert result.notices[0].code == "taken_as_rigid"
     assert "a rigid joint explains it as well (3.3 against 2.4 %" in sentence(result.notices[0])
+    assert result.parameter("J").value == pytest.approx(95.1, rel=0.02)
+    assert "K" not in result.model.parameters
 
 
-def test_rigid_machine_on_which_the_spring_runs_away_is_sent_to_rigid() -> None:
+def test_rigid_machine_on_which_the_spring_runs_away_is_taken_as_rigid() -> None:
     t = np.arange(0.0, 20.0, 2e-3)
     phase, omega = 2 * np.pi * (0.2 * t + 0.1 * t**2), 2 * np.pi * (0.2 + 0.2 * t)
     q, v = 0.3 * np.sin(phase), 0.3 * omega * np.cos(phase)
@@ -42,12 +44,12 @@ def test_rigid_machine_on_which_the_spring_runs_away_is_sent_to_rigid() -> None:
     noise = np.random.default_rng(0).normal(0.0, 0.3, t.size)
     torque = 2.0 * a + 3.0 * v + np.sign(v) + 9.81 * (3.0 * np.cos(q) + np.sin(q)) + noise
     recording = Recording("j", 500.0, q, torque)
-    try:
-        result = identify(recording)
-    except ExcitationError as error:
-        assert "--rigid" in str(error)  # noqa: PT017
-    else:
-        assert result.verdict == "rejected"
+    result = identify(recording)
+    assert result.notices[0].code == "taken_as_rigid"
+    assert result.parameter("J").value == pytest.approx(2.0, rel=0.02)
+    found = explain(recording)
+    assert found.notices[0].code == "taken_as_rigid"
+    assert found.final.parameter("J").value == pytest.approx(result.parameter("J").value, rel=1e-6)
 
 
 def test_flexible_joint_is_left_in_peace(cobot: Recording) -> None:

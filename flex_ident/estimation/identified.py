@@ -1,0 +1,77 @@
+"""One parameter of an estimate with all of its uncertainty, and the modes that the values make."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from flex_ident.effects import key_named, trade_error
+from flex_ident.estimation.estimate import Estimate
+from flex_ident.estimation.evidence import is_identifiable
+from flex_ident.estimation.thresholds import FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
+from flex_ident.likelihood.fit import key_bounds
+from flex_ident.parameters import Parameter
+from flex_ident.simulation.terms import MEASUREMENT_KEYS
+
+
+def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
+    """Locked-motor and free resonance, Hz, of Jm, K and JL; without Jm the first only."""
+    k, jm, jl = values["K"], values.get("Jm", 0.0), values["JL"]
+    modes = {"locked_motor_hz": math.sqrt(k / jl) / (2.0 * math.pi)}
+    if jm > 0.0:
+        modes = {"free_resonance_hz": math.sqrt(k * (1.0 / jm + 1.0 / jl)) / (2.0 * math.pi), **modes}
+    return modes
+
+
+def folding_error(estimate: Estimate) -> float:
+    """Relative standard deviation for what the recording's rate folds back onto the locked-motor frequency.
+
+    A held command excites its images about the rate, and an inertia answers each with the inverse square of its
+    frequency: the image is (f / (rate - f))^3 of the motion. It matters most where the motor hardly moves.
+    """
+    if estimate.problem.rigid:
+        return 0.0
+    locked_hz, rate_hz = modes_hz(estimate.fit.values)["locked_motor_hz"], estimate.problem.recording.sample_rate_hz
+    nearest_hz = max(rate_hz - locked_hz, 0.5 * rate_hz)
+    return FOLDING * (locked_hz / nearest_hz) ** 3
+
+
+def reversal_error(estimate: Estimate, key: str) -> float:
+    """Standard deviation of the friction of motor and link for what the laws of its turning over leave open.
+
+    And of the motor's inertia: friction that turns over otherwise looks like it, by its size over the acceleration, and
+    half of that where no structure is left.
+    """
+    values, problem = estimate.fit.values, estimate.problem
+    if key in ("FV", "FS") and not problem.rigid:
+        link = problem.link_response_of(values)
+        error = LINK_REVERSAL_ERROR * values.get("FS", 0.0)
+        return error if key == "FS" or link is None else error / (float(np.std(link.velocity)) or math.inf)
+    dry = "FS" if problem.rigid else "FSm"
+    error = REVERSAL_ERROR * values.get(dry, 0.0)
+    if key == dry:
+        return error
+    speed, acceleration = (float(np.std(x)) or math.inf for x in (problem.motion.velocity, problem.motion.acceleration))
+    if key == ("FV" if problem.rigid else "FVm"):
+        return error / speed
+    if key == ("J" if problem.rigid else "Jm"):
+        return (1.0 if estimate.left.structured(estimate.left.gap) else 0.5) * error / acceleration
+    return 0.0
+
+
+def identified_parameter(estimate: Estimate, key: str) -> Parameter:
+    """One key of an estimate with its uncertainty and whether the data determine it."""
+    value = float(estimate.fit.values[key])
+    std = estimate.uncertainty.std(key)
+    if key not in MEASUREMENT_KEYS:
+        std = math.hypot(std, folding_error(estimate) * value)
+    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key))
+    at_bound = key in estimate.fit.at_bound
+    ci95 = None
+    if at_bound:
+        low, high = key_bounds(key, {})
+        ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
+    identifiable = True if key in MEASUREMENT_KEYS else is_identifiable(estimate, key)
+    return Parameter(key, value, std, key_named(key).unit, identifiable, ci95=ci95, at_bound=at_bound)
