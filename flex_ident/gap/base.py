@@ -16,6 +16,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
 from flex_ident.screening.sketching import known_beforehand
+from flex_ident.simulation.terms import FAR_MODE
 
 SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""
@@ -59,10 +60,15 @@ def _late(problem: FitProblem, values: Mapping[str, float]) -> bool:
 
 
 def search_start(problem: FitProblem, base: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
-    """The fit of a base to search from: weighted by the steady noise alone, so that what is missing stands out."""
-    priors = {**base_priors(problem, fit.free, late_samples=1.0), **known_beforehand(base)}
+    """The fit of a base to search from: weighted by the steady noise alone, so that what is missing stands out.
+
+    Without a mode above the band, which takes much of what a base lacks for itself.
+    """
+    free = tuple(k for k in fit.free if k != FAR_MODE)
+    priors = {**base_priors(problem, free, late_samples=1.0), **known_beforehand(base)}
+    priors.pop(FAR_MODE, None)
     solver = SteadyFit(problem, priors=priors)
-    return solver, polished(solver, fit.free, fit.values)
+    return solver, polished(solver, free, {k: v for k, v in fit.values.items() if k != FAR_MODE})
 
 
 def polished(solver: SteadyFit, keys: Sequence[str], values: Mapping[str, float]) -> Fit:

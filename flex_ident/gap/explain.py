@@ -106,10 +106,9 @@ def explain(
     if gaps[0] > VISIBLE * floor:
         where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
-    # On data not fitted, and on all of it: what lies in two seconds may miss the blocks that were kept back.
-    whole = estimate.left
-    structured = left.structured(gaps[-1]) or whole.structured(whole.gap)
-    named = any(not a.trial.objection for a in search.accepted) and bool(findings)
+    # Where nothing is named, on all data as well: what lies in two seconds may miss the blocks that were kept back.
+    whole, named = estimate.left, any(not a.trial.objection for a in search.accepted)
+    structured = left.structured(gaps[-1]) or (not named and whole.structured(whole.gap))
     hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(base.values)[held]))
     coupled = estimate.coupling is not None and estimate.coupling.seen
     sound = determined or (structured and not hopeless)
@@ -129,7 +128,7 @@ def explain(
     if estimate.strained:
         names = ", ".join(estimate.strained)
         reasons.append(f"{names} is at the end of what a measurement chain can be: it stands in for something else.")
-    verdict = _verdict(named=named, sound=sound, more=bool(reasons))
+    verdict = _verdict(named=named and bool(findings), sound=sound, more=bool(reasons))
     if not findings and verdict != "complete" and sensors == "motor+link":
         said = motor_equation_notice(recording)
         notices = (*notices, *([said] if said is not None else []))

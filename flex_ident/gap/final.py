@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.effects import effect_named
-from flex_ident.estimation.estimate import Estimate, estimate_of, settled, validation_blocks
-from flex_ident.gap.base import polished
+from flex_ident.estimation.estimate import Estimate, estimate_of, refined, settled, validation_blocks
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Search, rebuilt
@@ -71,9 +70,10 @@ def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitPro
     """The final model, fitted as identification fits."""
     if not search.accepted:
         return estimate_of(*base, prismatic=options.prismatic)
-    solver = SteadyFit(problem, priors=search.solver.priors, marks=base[0].marks, local=True)
-    values = settled(problem, search.fit.values, solver.priors)
-    return estimate_of(solver, polished(solver, search.fit.free, values), prismatic=options.prismatic)
+    priors = search.solver.priors  # the search goes without a mode above the band, the final model does not
+    keys = tuple(k for k in search.fit.free if k not in priors)
+    values = settled(problem, search.fit.values, priors)
+    return estimate_of(*refined(problem, keys, values, priors), prismatic=options.prismatic)
 
 
 def _trained(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:

@@ -15,7 +15,6 @@ from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.prior import Prior
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.scoring import Score
-from flex_ident.simulation.terms import FAR_MODE
 
 SIZES = (1.0, 0.4, 0.12)
 """Shares of the linear estimate of an effect's size from which the refit may start."""
@@ -29,9 +28,8 @@ def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
 
 
 def known_beforehand(solver: SteadyFit) -> dict[str, Prior]:
-    """What a solver knows before the fit of base keys, first moments or friction that a kind of effort bounds, and of a
-    mode above the band."""
-    return {k: p for k, p in solver.priors.items() if k in UNITS or k == FAR_MODE}
+    """What a solver knows of base keys before the fit: first moments or friction that a kind of effort bounds."""
+    return {k: p for k, p in solver.priors.items() if k in UNITS}
 
 
 def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:
