@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.effects import effect_named
-from flex_ident.estimation.estimate import Estimate, estimate_of, refined, settled, validation_blocks
+from flex_ident.estimation.estimate import Estimate, estimate_of, settled, validation_blocks
+from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.search import Search, rebuilt
@@ -19,6 +20,7 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import key_text
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
+from flex_ident.simulation.terms import FAR_MODE
 
 VALIDATION_ITERATIONS = 5
 
@@ -70,10 +72,11 @@ def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitPro
     """The final model, fitted as identification fits."""
     if not search.accepted:
         return estimate_of(*base, prismatic=options.prismatic)
-    priors = search.solver.priors  # the search goes without a mode above the band, the final model does not
-    keys = tuple(k for k in search.fit.free if k not in priors)
-    values = settled(problem, search.fit.values, priors)
-    return estimate_of(*refined(problem, keys, values, priors), prismatic=options.prismatic)
+    solver = SteadyFit(problem, priors=search.solver.priors, marks=base[0].marks, local=True)
+    # Also with what the search goes without, a mode above the band.
+    keys = (*search.fit.free, *(k for k in solver.priors if k == FAR_MODE and k not in search.fit.free))
+    values = settled(problem, search.fit.values, solver.priors)
+    return estimate_of(solver, polished(solver, keys, values), prismatic=options.prismatic)
 
 
 def _trained(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
