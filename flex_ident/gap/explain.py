@@ -72,11 +72,7 @@ def explain(
         rigid = rigid_alone(recording, problem, options)
         if rigid is None:
             raise
-    else:
-        rigid = rigid_as_well(recording, problem, kinds, options)
-    if rigid is not None:
-        found = explain(recording, replace(options, rigid=True), progress=progress)
-        return replace(found, notices=(rigid, *found.notices))
+        return _explained_as_rigid(recording, options, progress, rigid)
     solver, base = kinds.solver, kinds.fit
     report(0.2, "screening")
     coarse = _coarse(recording, problem, options)
@@ -96,6 +92,10 @@ def explain(
             search = Search(searching, start, start, rejected=search.rejected, untestable=search.untestable)
             gaps, estimate = gaps[:1], estimate_of(solver, base, prismatic=options.prismatic)
             final = _final(recording, of_kind(estimate, kinds), sensors)
+    if not search.accepted:
+        rigid = rigid_as_well(recording, problem, kinds, options)
+        if rigid is not None:
+            return _explained_as_rigid(recording, options, progress, rigid)
     first, left = remainder(solver, base, held), remainder(estimate.solver, estimate.fit, held)
     floor = min(left.floor, gaps[-1])
     steps = _steps(search, gaps)
@@ -156,6 +156,13 @@ def explain(
         curves=_curves(problem, base.values, estimate.fit.values),
         profiles=_profiles(before_variables, after_variables, first.residual, left.residual, problem.usable),
     )
+
+
+def _explained_as_rigid(
+    recording: Recording, options: GapOptions, progress: Progress | None, said: Notice
+) -> GapExplanation:
+    found = explain(recording, replace(options, rigid=True), progress=progress)
+    return replace(found, notices=(said, *found.notices))
 
 
 def _coarse(recording: Recording, problem: FitProblem, options: GapOptions) -> FitProblem:
