@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
+from flex_ident.estimation.kind_gain import Gain, gain_of, linear_gain
+from flex_ident.estimation.kind_priors import friction_keys, friction_priors, kept_priors
 from flex_ident.estimation.thresholds import (
     AS_LIKELY,
     CLEARLY,
@@ -24,19 +25,14 @@ from flex_ident.estimation.thresholds import (
 )
 from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.judgement.thresholds import WEAK_PERCENT
-from flex_ident.likelihood.comparison import correlation_factor
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
-from flex_ident.likelihood.nuisances import LATE_SAMPLES, model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import GRAVITY_KEYS, UNITS, Parameter
-from flex_ident.parameters.current import is_current
 from flex_ident.parameters.effort_kinds import (
-    COMMAND,
-    CURRENT,
     FRICTION_COMPENSATED,
     FRICTION_KEYS,
     GRAVITY_COMPENSATED,
@@ -45,11 +41,9 @@ from flex_ident.parameters.effort_kinds import (
     MOTOR,
     MOTOR_KEYS,
     REVERSAL_KEYS,
-    RIGID_FRICTION_KEYS,
     EffortKind,
 )  # fmt: skip
-from flex_ident.recording import Floats, Recording
-from flex_ident.screening.sketching import effects_in
+from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY
 
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
@@ -129,50 +123,6 @@ class KindFit:
             return uncertainty
         joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
         return replace(uncertainty, covariance=joined)
-
-
-def friction_keys(*, rigid: bool) -> tuple[str, ...]:
-    """The motor's friction, which is not in the effort where the controller adds it."""
-    return RIGID_FRICTION_KEYS if rigid else FRICTION_KEYS
-
-
-def friction_priors(problem: FitProblem) -> dict[str, Prior]:
-    """What may be left of the motor's friction where the controller adds it: of either sign, no larger than torque."""
-    torque, speed = float(np.std(problem.torque)), float(np.std(problem.motion.velocity)) or 1.0
-    sizes = zip(friction_keys(rigid=problem.rigid), (torque / speed, torque), strict=True)
-    return {key: Prior(0.0, size, -math.inf, math.inf) for key, size in sizes}
-
-
-def base_priors(
-    problem: FitProblem, keys: Sequence[str], kind: str = MOTOR, *, late_samples: float = LATE_SAMPLES
-) -> dict[str, Prior]:
-    """What is estimated beside the base `keys` under a kind of effort, with what is known of it beforehand."""
-    priors = kept_priors(model_priors(problem, effects_in(keys), late_samples=late_samples), keys)
-    return {**priors, **friction_priors(problem)} if kind == FRICTION_COMPENSATED else priors
-
-
-def as_told(recording: Recording, kind: str) -> tuple[Recording, str]:
-    """The recording with what is said of its effort's unit, and the kind that the fit is of.
-
-    A current, by its name or as it is told, has no SI unit to miss, and is fitted as a torque of unknown scale.
-    """
-    named = is_current(recording.notices)
-    if kind == CURRENT or (kind == "auto" and named):
-        kept = tuple(n for n in recording.notices if n.code is not Code.EFFORT_NOT_SI)
-        if not named:
-            kept = (*kept, Notice(Code.EFFORT_CURRENT, "motor_torque", texts={"case": "given"}))
-        return replace(recording, notices=kept), MOTOR
-    if kind == COMMAND:
-        said = Notice(Code.EFFORT_COMMANDED, "motor_torque")
-        return replace(recording, notices=(*recording.notices, said)), MOTOR
-    return recording, kind
-
-
-def kept_priors(priors: Mapping[str, Prior], keys: Sequence[str]) -> dict[str, Prior]:
-    """The nuisances that the keys leave something to do: without the motor's dry friction none turns over."""
-    dry = {"FSm", "FS"} if "J" in keys else {"FSm"}
-    has_friction = bool(dry & set(keys)) or any(key_named(k).effect for k in keys)
-    return {k: p for k, p in priors.items() if has_friction or k not in REVERSAL_KEYS}
 
 
 def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> KindFit:
@@ -357,71 +307,3 @@ def _gravity_sigmas(fit: Fit, rate_hz: float) -> float:
     known = uncertainty_of(fit, rate_hz)
     ratios = [abs(fit.values[k]) / known.std(k) for k in GRAVITY_KEYS if known.std(k) > 0.0]
     return max(ratios, default=0.0)
-
-
-@dataclass(frozen=True)
-class Gain:
-    """Twice the log-likelihood that one fit gains over another under one noise, in independent samples, and the share
-    that it saves of what the other leaves above that noise, of torque or link position, whichever is more."""
-
-    size: float
-    share: float
-
-
-def gain_of(problem: FitProblem, solver: SteadyFit, before: Fit, after: Fit) -> Gain:
-    """What `after` gains over `before`, the noise being the less of what either shows."""
-    plain = SteadyFit(problem, priors=solver.priors, marks=solver.marks)
-    choices = [plain.whitenings(f.values) for f in (before, after)]
-    whitenings = tuple(min(pair, key=lambda w: w.scale) for pair in zip(*choices, strict=True))
-    one, two = (plain.whitened_residual(f.values, whitenings) for f in (before, after))
-    cost, other = float(one @ one), float(two @ two)
-    count = min(one.size, two.size)
-    rows = plain.rows(whitenings)
-    correlated = correlation_factor(replace(after, residual=two, rows=rows))
-    size = max(min(cost, other) / count, 1.0)
-    # By channel: what one of them cannot show must not hide what the other does.
-    ends = np.cumsum([0, *(r.size for r in rows)])
-    shares = [_saved(one[a:b], two[a:b]) for a, b in pairwise(ends)]
-    share = max(shares)
-    return Gain((cost - other) / size / correlated, share)
-
-
-def _saved(one: Floats, two: Floats) -> float:
-    """Share that the whitened residual `two` saves of what `one` has above the noise."""
-    before, after = float(one @ one), float(two @ two)
-    return (before - after) / max(before - one.size, 1e-300) if before > one.size else 0.0
-
-
-def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:
-    """Twice the log-likelihood, to first order, that an effort without gravity gains over one with it.
-
-    What is recorded is then the motor's torque less g (MX cos qm + MY sin qm): two columns that need no simulation.
-    """
-    position = problem.motion.position
-    nothing = [np.zeros(problem.time.size)] * (len(fit.whitenings) - 1)
-    late = float(fit.values.get("torque_delay", 0.0))
-    removed = [
-        solver.whitened((GRAVITY * problem.reduced(shape, delay=late), *nothing), fit.whitenings)
-        for shape in (np.cos(position), np.sin(position))
-    ]
-    inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
-    jacobian, prior = fit.jacobian.copy(), np.sqrt(np.diag(fit.prior_information))
-    rest = fit.residual.copy()
-    costs = [_least(jacobian[:, inside], rest, prior[inside])]
-    for key, column in zip(GRAVITY_KEYS, removed, strict=True):
-        jacobian[:, fit.free.index(key)] += column
-        rest = rest + fit.values[key] * column
-    costs.append(_least(jacobian[:, inside], rest, prior[inside]))
-    size = max(min(costs) / rest.size, 1.0)
-    return (costs[0] - costs[1]) / size / correlation_factor(fit)
-
-
-def _least(jacobian: Floats, rest: Floats, prior: Floats) -> float:
-    """The least sum of squares of a linearised problem, priors included."""
-    matrix = np.concatenate((jacobian, np.diag(prior)))
-    target = np.concatenate((rest, np.zeros(prior.size)))
-    scale = np.linalg.norm(matrix, axis=0)
-    scale[scale == 0.0] = 1.0
-    solution = np.linalg.lstsq(matrix / scale, -target, rcond=1e-10)[0]
-    left = target + matrix / scale @ solution
-    return float(left @ left)

@@ -10,7 +10,6 @@ import numpy as np
 
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
-from flex_ident.estimation.effort_kind import as_told, friction_keys
 from flex_ident.estimation.estimate import (
     Estimate,
     estimated,
@@ -21,6 +20,7 @@ from flex_ident.estimation.estimate import (
 from flex_ident.estimation.evidence import evidence_of
 from flex_ident.estimation.far_mode import rigid_link_notice
 from flex_ident.estimation.identified import identified_parameter, modes_hz
+from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import rigid_left_percent, rigid_notice

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.effort_kind import as_told
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
+from flex_ident.estimation.kind_priors import as_told
 from flex_ident.filtering import first_mode
 from flex_ident.gap.base import fitted_base, search_start
 from flex_ident.gap.explanation import (
