@@ -8,7 +8,8 @@ from flex_ident.effects.catalogue import effect_named
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import LOGARITHMIC, MEASUREMENT_UNITS, NON_NEGATIVE, UNITS
 from flex_ident.parameters.keys import Key, key_parts
-from flex_ident.simulation.terms import BASE_TERMS, FAR_MODE, MEASUREMENT_TERMS, RIGID_TERMS
+from flex_ident.parameters.parameter import FAR_MODE
+from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS
 
 
 def key_named(text: str, *, rigid: bool = False) -> Key:

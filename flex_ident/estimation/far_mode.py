@@ -7,8 +7,9 @@ from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
+from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.screening.scoring import following_of
-from flex_ident.simulation.terms import FAR_MODE, Term
+from flex_ident.simulation.terms import Term
 
 PROBE = 1e-3
 """Share of the link's inertia of the probe: a spring that rings is not linear in more."""

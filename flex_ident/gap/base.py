@@ -16,8 +16,8 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
+from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.screening.sketching import known_beforehand
-from flex_ident.simulation.terms import FAR_MODE
 
 SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""

@@ -18,9 +18,9 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
-from flex_ident.simulation.terms import FAR_MODE
 
 VALIDATION_ITERATIONS = 5
 

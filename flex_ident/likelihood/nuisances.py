@@ -16,8 +16,8 @@ from flex_ident.likelihood.thresholds import (
     PHYSICAL_AVERAGING,
 )
 from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.prior import Prior
-from flex_ident.simulation.terms import FAR_MODE
 
 LATE_SAMPLES = 3.0
 """Samples by which a signal may be recorded late or early and be corrected for."""

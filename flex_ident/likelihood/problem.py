@@ -20,10 +20,11 @@ from flex_ident.likelihood.links import LinkResponses, usable_cores
 from flex_ident.likelihood.thresholds import FAR_BANDS, FAR_DAMPING, FEWEST, HARDLY, MOST_SETTLING
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.keys import by_effect, flat_keys
+from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque
-from flex_ident.simulation.terms import BASE_TERMS, FAR_MODE, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
+from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
 from flex_ident.simulation.turnover import friction_share
 
 Bools = NDArray[np.bool_]

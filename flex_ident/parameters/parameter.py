@@ -23,6 +23,9 @@ GRAVITY_KEYS = ("MX", "MY")
 NON_NEGATIVE = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "J")
 LOGARITHMIC = ("Jm", "K", "JL", "J")
 """Keys fitted by their logarithm: positive by construction, and a factor is a factor."""
+FAR_MODE = "far_mode"
+"""Measurement key that is no term of the simulation: the share of the link's inertia behind a mode above the band, of
+which `FitProblem.terms` makes a second mass."""
 MEASUREMENT_UNITS = {
     "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "link_scale": "", "far_mode": "",
     "torque_averaging": "sample^2",

@@ -7,6 +7,7 @@ from enum import IntEnum
 import numpy as np
 
 from flex_ident.parameters.keys import Side
+from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.recording import Floats
 
 
@@ -149,9 +150,6 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "effort_lag": (Term.EFFORT_LAG, 1.0),
     "gravity_removed": (Term.GRAVITY_REMOVED, 1.0),
 }
-FAR_MODE = "far_mode"
-"""Measurement key that is no term: the share of the link's inertia behind a mode above the band, of which
-`FitProblem.terms` makes a second mass."""
 MEASUREMENT_KEYS = frozenset((*MEASUREMENT_TERMS, FAR_MODE))
 
 
