@@ -57,7 +57,8 @@ def test_joints_that_are_left_open_are_filled_in(kind: str, tmp_path: Path) -> N
 
 
 def test_the_shipped_configuration_moves_a_trajectory_controller_of_several_joints(tmp_path: Path) -> None:
-    shipped = yaml.safe_load((CONFIG / "ros2_control.yaml").read_text())["/**"]["ros__parameters"]
+    content = yaml.safe_load((CONFIG / "ros2_control.yaml").read_text())
+    shipped = {**content["/**"]["ros__parameters"], **content["/**/chirp_exciter"]["ros__parameters"]}
     with rig(tmp_path) as made:
         joints = ["joint_1", "joint_2", "joint_3"]
         made.robot(trajectory=True, controller="joint_trajectory_controller", joints=joints, controlled=joints,
