@@ -92,6 +92,8 @@ def test_an_inactive_controller_is_refused_where_its_manager_says_so(tmp_path: P
         made.robot(active=False, manager=True)
         made.exciter(**{"command.joints": ["shoulder", JOINT], "command.topic": TOPIC, "limits.state_timeout_s": 1.0,
                         "chirp.duration_s": 2.0})  # fmt: skip
+        assert made.until("idle")
+        made.spin(1.5)  # a controller manager says it once a second
         said = "/forward_position_controller is inactive, as its controller manager says: activate it, then call again."
         assert made.start_exciting(30.0, expected="is inactive") == said
         made.spin(0.5)
