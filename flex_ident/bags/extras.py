@@ -18,4 +18,6 @@ def extra_module(name: str, extra: str, what: str) -> Any:
         return importlib.import_module(name)
     except ImportError as error:
         library = {"google": "protobuf"}.get(name.partition(".")[0], name.partition(".")[0])
+        if not isinstance(error, ModuleNotFoundError):  # it is there, and is not for what else is installed
+            raise MissingExtraError(f"{what} need {library}, and the one installed cannot be used: {error}.") from error
         raise MissingExtraError(f"{what} need {library}: pip install 'flex_ident[{extra}]'.") from error

@@ -152,7 +152,7 @@ def test_hdf5_as_robot_learning_leaves_it(tmp_path: Path) -> None:
 
 
 def parquet(path: Path, columns: dict[str, Any]) -> Path:
-    arrow = pytest.importorskip("pyarrow", reason="needs pyarrow (the extra parquet)")
+    arrow = pytest.importorskip("pyarrow", reason="needs pyarrow (the extra parquet)", exc_type=ImportError)
     import pyarrow.parquet
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -287,7 +287,7 @@ def test_what_cannot_be_imported_is_one_line_and_leaves_nothing(
 ) -> None:
     for library in ("h5py", "pyarrow"):
         if library[:2] in make.__name__.replace("hdf5", "h5py").replace("parquet", "pyarrow"):
-            pytest.importorskip(library)
+            pytest.importorskip(library, exc_type=ImportError)
     file = make(tmp_path / "a.x")
     with pytest.raises(error, match=said) as caught:
         import_of(file, tmp_path / "bag", **given)
