@@ -313,7 +313,7 @@ def test_a_missing_library_is_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, head: bytes
 ) -> None:
     def absent(module: str) -> Any:
-        raise ImportError(module)
+        raise ModuleNotFoundError(module)
 
     monkeypatch.setattr(extras.importlib, "import_module", absent)
     (tmp_path / "a").write_bytes(head + bytes(100))
