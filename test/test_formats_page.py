@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.io
+from filled_messages import filled
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -40,23 +41,6 @@ def swing() -> Signals:
         "t": motor.time - motor.time[0], "q": motor.values, "tau": signals["motor_torque"].values,
         "ql": signals["link_position"].values,
     }  # fmt: skip
-
-
-def filled(store: Any, kind: str, **given: Any) -> Any:
-    """A message whose fields are zeros and empty, but for those that are given."""
-    values = {}
-    for name, (node, detail) in store.fielddefs[kind][1]:
-        if name in given:
-            values[name] = given[name]
-        elif node.name == "NAME":
-            values[name] = filled(store, detail)
-        elif node.name == "BASE":
-            values[name] = "" if detail[0] == "string" else 0
-        elif node.name == "ARRAY":
-            values[name] = np.zeros(detail[1], bool if detail[0][1][0] == "bool" else np.float64)
-        else:
-            values[name] = [] if detail[0][1][0] == "string" or detail[0][0].name == "NAME" else np.zeros(0)
-    return store.types[kind](**values)
 
 
 def write_bag(

@@ -10,7 +10,8 @@ from flex_ident.judgement.priorities import DOUBTS, EXPERIMENTS, REFUSALS, SIGNA
 from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification
-from flex_ident.report.sentences import experiment_for, sentence
+from flex_ident.report.sentences import sentence
+from flex_ident.report.worded import experiment_for
 
 UNRELATED_PERCENT = 90.0
 """A model that leaves this share of the torque describes nothing of it."""

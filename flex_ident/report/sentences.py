@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from flex_ident.judgement.priorities import EXPERIMENTS, REVERSED
+from flex_ident.judgement.priorities import REVERSED
 from flex_ident.notices import Code, Notice
-
-Template = str | Callable[[Notice], str]
-"""A format string over the notice's numbers, texts and `subject`, or a function where the words depend on them."""
-WIDER = "a wider sweep, a larger amplitude or a payload"
-"""The experiment for a parameter of which no better is known."""
+from flex_ident.report.worded import (
+    TAKEN,
+    Template,
+    base_not_determined,
+    below_a_sample,
+    chain_at_its_end,
+    clock_stepped,
+    effort_frozen,
+    isolated,
+    jumped_back,
+    late,
+    low_excitation,
+    motor_equation,
+    motor_equation_undetermined,
+    motor_over_link,
+    not_identifiable,
+    other_joints,
+    rezeroed,
+    seam,
+)
 
 
 def sentence(notice: Notice) -> str:
@@ -40,163 +55,12 @@ def warning_content(notice: Notice) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def experiment_for(key: str) -> str:
-    """What to record for a parameter that is not determined."""
-    return EXPERIMENTS.get(key, WIDER)
-
-
-def _not_identifiable(n: Notice) -> str:
-    std = n.numbers["std"]
-    known = f"± {2.0 * std:.2g} {n.texts['unit']}".rstrip() + ", 2σ" if math.isfinite(std) else "not at all"
-    return f"{n.subject} is not determined by this recording ({known}): {experiment_for(n.subject)}."
-
-
-def _low_excitation(n: Notice) -> str:
-    percent = n.numbers["relative_std_percent"]
-    return f"{n.subject} is known to ± {2.0 * percent:.0f} % (2σ) only: {experiment_for(n.subject)}."
-
-
-CHAIN = {
-    "torque_delay": "the delay of the torque", "torque_averaging": "the averaging of the torque within a sample",
-    "effort_lag": "the low-pass in the effort", "reversal_lead": "the time by which friction turns over early",
-    "link_skew": "the skew of the link encoder", "link_scale": "the scale error of the link encoder",
-}  # fmt: skip
-
-
-def _chain_at_its_end(n: Notice) -> str:
-    return (
-        f"{CHAIN.get(n.subject, n.subject)} ({n.subject}) is estimated at {n.numbers['value']:.3g}, the end of what it "
-        "can be: it stands in for something else, such as torque from above half the sampling rate that folds back. "
-        "Record at a higher rate, or with a chirp rather than steps."
-    )
-
-
-def _late(what: str) -> Template:
-    def words(n: Notice) -> str:
-        delay, sample = n.numbers["delay_s"], n.numbers["sample_s"]
-        side = "late" if delay > 0.0 else "early"
-        return (
-            f"{what} is recorded {1e3 * abs(delay):.2f} ms {side} against the motor position, more than a sample "
-            f"({1e3 * sample:.2f} ms): corrected for, but look at the drive's time stamps."
-        )
-
-    return words
-
-
-def _below_a_sample(what: str) -> Mapping[str, Template]:
-    start = f"{what} fits best when recorded {{delay_ms:+.3f}} ms against the motor position, "
-    return {
-        "within": start + "less than a sample: measurement, corrected for, not a finding.",
-        "at_limit": start + "the most that counts as measurement: it may be larger, or stand in for something else.",
-    }
-
-
-def _jumped_back(n: Notice) -> str:
-    jumps, kept, dropped = (int(n.numbers[k]) for k in ("jumps", "kept", "dropped"))
-    return (
-        f"time of {n.subject} jumps back {_often(jumps)}, by {n.numbers['largest_s']:.3g} s at most: "
-        f"the longest stretch of {kept} samples was kept, {dropped} were dropped."
-    )
-
-
-def _often(count: float) -> str:
-    return "once" if count == 1 else f"{count:.0f} times"
-
-
-def _clock_stepped(n: Notice) -> str:
-    steps, largest = n.numbers["steps"], n.numbers["largest_ms"]
-    return (
-        f"the clock that stamps {n.subject} was set {_often(steps)}, by {largest:+.4g} ms at most, while messages went "
-        "on: its steps were taken back."
-    )
-
-
-def _isolated(more: str = "") -> Template:
-    def words(n: Notice) -> str:
-        count, total, constant = (n.numbers[k] for k in ("count", "total", "constant"))
-        zero = "zero" if constant == 0.0 else f"{constant:.6g}"
-        return (
-            f"{count:.0f} of {total:.0f} values of {n.subject} are {zero} between others that are not: left out.{more}"
-        )
-
-    return words
-
-
-def _effort_frozen(n: Notice) -> str:
-    stretches, seconds, count, total = (n.numbers[k] for k in ("stretches", "seconds", "count", "total"))
-    return (
-        f"{n.subject} stands still {_often(stretches)}, for {seconds:.3g} s in all ({count:.0f} of {total:.0f} "
-        "samples), where it cannot: left out."
-    )
-
-
-def _seam(n: Notice) -> str:
-    jumps, size = n.numbers["jumps"], n.numbers["size"]
-    return f"{n.subject} jumps {_often(jumps)} by {size:.6g}, the seam of its encoder: made continuous."
-
-
-def _rezeroed(n: Notice) -> str:
-    jumps, largest = n.numbers["jumps"], n.numbers["largest"]
-    return (
-        f"{n.subject} jumps {_often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero: "
-        "made continuous with its first part."
-    )
-
-
-def _motor_over_link(n: Notice) -> str:
-    ratio = n.numbers["ratio"]
-    units = (
-        (180.0 / math.pi, "motor in degrees, link in radians"),
-        (math.pi / 180.0, "motor in radians, link in degrees"),
-        (1000.0, "motor in millimetres, link in metres"),
-    )
-    known = (words for factor, words in units if abs(ratio / factor - 1.0) < 0.05)
-    why = next(known, "is one in other units, or on the motor shaft (--gear-ratio)?")
-    return f"the motor position moves {ratio:.4g} times as far as the link's where both move together: {why}. {TAKEN}"
-
-
-def _motor_equation(n: Notice) -> str:
-    k, std, left, skew = (n.numbers[key] for key in ("K", "std", "left_percent", "least_skew_s"))
-    text = (
-        "the motor's equation alone (eq. 6), which holds whatever moves the link, gives "
-        f"K = {k:.2g} ± {2 * std:.1g} {n.texts['unit']} (2σ) with {left:.0f} % of the torque left"
-    )
-    if skew > 0.0:
-        text += (
-            "; its velocity term is negative, which means that the link encoder is read at least "
-            f"{1e3 * skew:.1f} ms after the motor's"
-        )
-    return text + "."
-
-
-def _motor_equation_undetermined(n: Notice) -> str:
-    k, std, left = (n.numbers[key] for key in ("K", "std", "left_percent"))
-    return (
-        f"not even the motor's equation alone (eq. 6) determines K: {k:.2g} ± {2 * std:.1g} {n.texts['unit']} (2σ), "
-        f"{left:.0f} % of the torque left. The measured deflection does not follow the torque: "
-        "check that both encoders belong to this joint and share one clock, and move this joint alone."
-    )
-
-
-def _base_not_determined(n: Notice) -> str:
-    text = "the recording does not determine the base model, so nothing is named"
-    if n.texts["effects"]:
-        text += f" ({n.texts['effects']} would close some of the gap, by chance for all we know)"
-    return text + "."
-
-
-def _other_joints(n: Notice) -> str:
-    count = int(n.numbers["count"])
-    return f"{count} other joint{'s' if count > 1 else ''} moved: {n.texts['joints']}."
-
-
 LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
 CUT = "{subject} {how} at byte {at:.0f} of {size:.0f}: the last {lost_percent:.1f} % are lost, what is whole was read."
 HELD = (
     "{subject} is stamped at {stamped_hz:.4g} Hz and measured at {measured_hz:.4g} Hz: the {count:.0f} of {total:.0f} "
     "samples that repeat others were left out."
 )
-TAKEN = "Positions are taken as rad or m on the link side."
 EFFORTS_TAKEN = "Efforts are taken as N m or N on the link side: --effort-scale converts them."
 
 SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
@@ -240,12 +104,12 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.NONFINITE_VALUES: (
         "{count:.0f} of {total:.0f} messages of {subject} hold no finite number, or no stamp, and were dropped."
     ),
-    Code.TIME_JUMPED_BACK: _jumped_back,
+    Code.TIME_JUMPED_BACK: jumped_back,
     Code.STAMPS_OUT_OF_ORDER: (
         "{count:.0f} of {total:.0f} messages of {subject} are out of order in time, or have a stamp far from their "
         "neighbours', and were dropped."
     ),
-    Code.CLOCK_STEPPED: _clock_stepped,
+    Code.CLOCK_STEPPED: clock_stepped,
     Code.COARSE_STAMPS: ("stamps of {subject} come in ticks of {tick_ms:.4g} ms: samples were taken as evenly spaced."),
     Code.DUPLICATE_STAMPS: (
         "{count:.0f} of {total:.0f} messages of {subject} repeat the stamp before them: one of each was kept, which "
@@ -266,20 +130,20 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.PAUSED: "the recording pauses: only its longest part, of {longest_s:.6g} s, was used.",
     Code.GAPS: "{percent:.2f} % of the recording lies in gaps of over {periods:.0f} samples: left out.",
     Code.ISOLATED_VALUES: {
-        "few": _isolated(),
-        "second_publisher": _isolated(" Does a second node publish on this topic?"),
+        "few": isolated(),
+        "second_publisher": isolated(" Does a second node publish on this topic?"),
     },
     Code.SPIKES: "{count:.0f} of {total:.0f} values of {subject} are spikes of a single sample: left out.",
     Code.HELD_SAMPLES: {
         "fast": HELD,
         "slow": HELD + " That is slow: it says nothing of faster motion. Measure it as often as the position.",
     },
-    Code.EFFORT_FROZEN: _effort_frozen,
+    Code.EFFORT_FROZEN: effort_frozen,
     Code.POSITION_UNWRAPPED: {
         "turn": "{subject} jumps by a turn and back: taken as the angle of one turn, and made continuous.",
-        "seam": _seam,
+        "seam": seam,
     },
-    Code.POSITION_REZEROED: _rezeroed,
+    Code.POSITION_REZEROED: rezeroed,
     Code.LINK_REPEATS_MOTOR: "{subject} repeats the motor position number by number: left out.",
     Code.POSITION_NOT_SI: {
         "counts": f"the {{which}} position holds whole numbers only, over {{swing:.4g}}: encoder counts? {TAKEN}",
@@ -287,7 +151,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "the {which} position spans {swing:.4g} at up to {speed:.4g} a second: degrees, millimetres, or the motor "
             f"shaft's (--gear-ratio)? {TAKEN}"
         ),
-        "ratio": _motor_over_link,
+        "ratio": motor_over_link,
     },
     Code.EFFORT_NOT_SI: {
         "counts": (
@@ -352,13 +216,13 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     ),
     Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
-    Code.CHAIN_AT_ITS_END: _chain_at_its_end,
-    Code.TORQUE_DELAY: _late("torque"),
-    Code.LINK_SKEW: _late("link position"),
-    Code.TORQUE_DELAY_BELOW_A_SAMPLE: _below_a_sample("torque"),
-    Code.LINK_SKEW_BELOW_A_SAMPLE: _below_a_sample("link position"),
+    Code.CHAIN_AT_ITS_END: chain_at_its_end,
+    Code.TORQUE_DELAY: late("torque"),
+    Code.LINK_SKEW: late("link position"),
+    Code.TORQUE_DELAY_BELOW_A_SAMPLE: below_a_sample("torque"),
+    Code.LINK_SKEW_BELOW_A_SAMPLE: below_a_sample("link position"),
     Code.JOINT_STILL: "joint {subject} is held: it moves {moved:.2g} only. Record while it follows a chirp.",
-    Code.OTHER_JOINTS_MOVE: _other_joints,
+    Code.OTHER_JOINTS_MOVE: other_joints,
     Code.OTHER_JOINTS_EXPLAIN: (
         "the motion of other joints ({joints}) explains {share_percent:.0f} % of what the model leaves, by energy, "
         "where it was not fitted: it loads this joint, which the model does not know. Move this joint alone, all "
@@ -393,12 +257,12 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "": "only a combination of {subject} is determined.",
         "linear": "only a combination of {subject} is determined: record a wider sweep.",
     },
-    Code.NOT_IDENTIFIABLE: _not_identifiable,
+    Code.NOT_IDENTIFIABLE: not_identifiable,
     Code.BELOW_UNEXPLAINED: (
         "{subject} bears {share_percent:.2g} % of the torque, and {left_percent:.2g} % of it are unexplained: it is "
         "not identifiable before that is found."
     ),
-    Code.LOW_EXCITATION: _low_excitation,
+    Code.LOW_EXCITATION: low_excitation,
     Code.STARTS_DISAGREE: (
         "fits from different starts end at {subject} from {lowest:.4g} to {highest:.4g} and fit alike: record a wider "
         "sweep or a larger amplitude."
@@ -455,7 +319,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "a rigid joint explains it as well ({rigid_percent:.1f} against {sprung_percent:.1f} % of the torque left): "
         "use --rigid, or sweep to higher frequencies for the spring."
     ),
-    Code.MOTOR_EQUATION: {"determined": _motor_equation, "undetermined": _motor_equation_undetermined},
+    Code.MOTOR_EQUATION: {"determined": motor_equation, "undetermined": motor_equation_undetermined},
     Code.X5_INCONSISTENT: (
         "X5 contradicts the other six X by {sigmas:.1f} standard deviations: gravity and the link's Coulomb friction, "
         "which eq. 18 leaves out, or noise bias K and JL. Use --method auto."
@@ -468,5 +332,5 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the model as given leaves {given:.3g} {unit}; with its parameters identified again, which is the base here, "
         "{refitted:.3g} {unit}."
     ),
-    Code.BASE_NOT_DETERMINED: _base_not_determined,
+    Code.BASE_NOT_DETERMINED: base_not_determined,
 }

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bag_writer import LATENCY_NS, RATE_HZ, STORE, Message, data_file, effort, header, ns, position, swing
+from filled_messages import filled
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -33,23 +34,6 @@ def store_with(kind: str, version: int = 0) -> Any:
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg(KNOWN_TYPES[kind][version], kind))
     return store
-
-
-def filled(store: Any, kind: str, **given: Any) -> Any:
-    """A message whose fields are zeros and empty, but for those that are given."""
-    values = {}
-    for name, (node, detail) in store.fielddefs[kind][1]:
-        if name in given:
-            values[name] = given[name]
-        elif node.name == "NAME":
-            values[name] = filled(store, detail)
-        elif node.name == "BASE":
-            values[name] = "" if detail[0] == "string" else 0
-        elif node.name == "ARRAY":
-            values[name] = np.zeros(detail[1], bool if detail[0][1][0] == "bool" else np.float64)
-        else:
-            values[name] = [] if detail[0][1][0] in ("string",) or detail[0][0].name == "NAME" else np.zeros(0)
-    return store.types[kind](**values)
 
 
 def bag_of(
