@@ -80,6 +80,18 @@ def test_a_batch_is_what_single_simulations_are_for_every_term(term: Term) -> No
             assert same(link_motion(terms, motion()), together)
 
 
+def test_a_second_mass_may_be_less_than_nothing() -> None:
+    """A mode above the band is fitted around none at all: the batch and single simulations go on there alike."""
+    terms = terms_of(dict(COBOT_JOINT.parameters), rigid=False)
+    plain = link_motion(terms, motion())
+    terms[[Term.SECOND_INERTIA, Term.SECOND_STIFFNESS, Term.SECOND_DAMPING]] = -0.01, -1400.0, -0.15
+    terms[Term.LINK_INERTIA] += 0.01
+    alone = link_motion(terms, motion())
+    assert all(same(alone, together) for together in link_motions([terms, terms], motion()))
+    moved = float(np.max(np.abs(alone.position - plain.position)))
+    assert 0.0 < moved < 1e-3
+
+
 @pytest.mark.parametrize("term", list(Term), ids=lambda t: t.name)
 def test_a_term_moves_the_link_where_its_side_says_so(term: Term) -> None:
     first, *others = (link_motion(terms, motion()) for terms in with_term(term))
