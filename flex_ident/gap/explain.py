@@ -125,7 +125,7 @@ def explain(
         reasons.append(f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy.")
     if left.evidence == "none":
         reasons.append(f"{gaps[-1]:.3g} N m rms remain, and nothing tells how much of it is noise: repeat the motion.")
-    if whole.link is not None and whole.link.structured:
+    if not named and whole.link is not None and whole.link.structured:
         reasons.append(
             f"{whole.link.gap:.3g} rad rms remain of the link's position, its noise is {whole.link.floor:.3g} rad."
         )

@@ -183,7 +183,7 @@ def test_protobuf_without_its_schema_or_library_is_one_line(tmp_path: Path, monk
             read_recording(bag)
 
     def absent(name: str) -> Any:
-        raise ImportError(name)
+        raise ModuleNotFoundError(name)
 
     monkeypatch.setattr(extras.importlib, "import_module", absent)
     with pytest.raises(
