@@ -47,6 +47,8 @@ LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead", "far_mod
 FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
 """Jacobians, and share of the cost saved at which a round ends."""
+STATE_ROUNDS = 2
+"""Rounds in which the link's state at the start is still fitted: later ones move it no more than its kinks let it."""
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
 """First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
 STATE_STEP, STATE_ITERATIONS = 1e-4, 10
@@ -191,10 +193,12 @@ def refined(
     """The fit over `keys` and all nuisances from values of a model that is nearly right. Raises ExcitationError."""
     solver = SteadyFit(problem, priors=priors, local=True)
     fit: Fit | None = None
-    for iterations, tolerance in ROUNDS:
+    for done, (iterations, tolerance) in enumerate(ROUNDS):
         _refuse_runaway(problem, values)
-        whitenings = solver.whitenings(values)
-        fit = solver.finished((*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance)
+        whitenings, state = solver.whitenings(values), done < STATE_ROUNDS
+        fit = solver.finished(
+            (*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance, state=state
+        )
         moved = np.array([fit.values[k] - values.get(k, np.inf) for k in fit.free])
         values = fit.values
         step()

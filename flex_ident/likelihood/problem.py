@@ -17,7 +17,7 @@ from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
 from flex_ident.likelihood.links import LinkResponses, usable_cores
-from flex_ident.likelihood.thresholds import FAR_BANDS, FAR_DAMPING, FEWEST, HARDLY, MOST_SETTLING
+from flex_ident.likelihood.thresholds import FAR_BANDS, FAR_DAMPING, FEWEST, HARDLY, MOST_SETTLING, UNSEEN_WAY
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.parameters.parameter import FAR_MODE
@@ -127,7 +127,8 @@ class FitProblem:
         self._filter = SpectralFilter(n, rate, self.cutoff_hz, decimation=self.decimation)
         self.rate_hz = rate / self.decimation
         self.time: Floats = recording.time[:: self.decimation]
-        self.resolution = self._velocity_resolution(recording, drive_hz)
+        self._noise = float(np.std((recording.motor_position - self.motion.position)[10:-10]))
+        self.resolution = 2.0 * velocity_noise(self._noise, drive_hz, rate)
         self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
         self._shares: dict[tuple[float, float, float], Floats] = {}
         self._lock = threading.Lock()
@@ -169,7 +170,7 @@ class FitProblem:
             speed, way, lead = key
             known = friction_share(
                 self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=max(speed, 0.0),
-                way=max(way, 0.0), lead=lead / self.recording.sample_time,
+                way=max(way, 0.0), lead=lead / self.recording.sample_time, resolution=UNSEEN_WAY * self._noise,
             )  # fmt: skip
             with self._lock:
                 self._shares[key] = known
@@ -180,11 +181,6 @@ class FitProblem:
     def reduced_through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
         """The same of a signal behind a linear system, whose `transfer` is asked at angular frequencies, rad/s."""
         return self._filter.through(signal, transfer)
-
-    def _velocity_resolution(self, recording: Recording, cutoff_hz: float) -> float:
-        rest = recording.motor_position - self.motion.position
-        noise = float(np.std(rest[10:-10]))
-        return 2.0 * velocity_noise(noise, cutoff_hz, recording.sample_rate_hz)
 
     def _usable(self, recording: Recording, trim_s: float) -> Bools:
         n, rate = recording.motor_position.size, recording.sample_rate_hz

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from flex_ident.likelihood.fit import MEMORY_S, Fit, Prior, SimulationFit
+from flex_ident.likelihood.fit import MEMORY_S, Fit, Prior, SimulationFit, key_bounds
 from flex_ident.likelihood.noise import encoder_noise, noise_whitening
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.reversals import Mark, ReversalWeights, dry_friction, friction_marks
@@ -102,19 +102,24 @@ class SteadyFit(SimulationFit):
 
     def finished(
         self, keys: Sequence[str], start: Mapping[str, float], whitenings: tuple[Whitening, ...], *, iterations: int,
-        tolerance: float,
+        tolerance: float, state: bool = True,
     ) -> Fit:  # fmt: skip
-        """The fit over `keys`, and once more without the link's state at the start.
+        """The fit over `keys`, and once more without the link's state at the start; without `state` only so.
 
         A link that sticks at first makes the likelihood kink in its state, and no step in all keys together goes on
         from there. Raises ExcitationError.
         """
         if not any(k in STATE for k in keys):
             return self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance)
-        fit = self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
+        values = start
+        if state:
+            values = self.solve(
+                keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True
+            ).values
         rest = [k for k in keys if k not in STATE]
-        there = self.solve(rest, fit.values, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
-        at_bound = (*there.at_bound, *(k for k in fit.at_bound if k in STATE))
+        there = self.solve(rest, values, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
+        ends = {k: key_bounds(k, self.priors) for k in keys if k in STATE}
+        at_bound = (*there.at_bound, *(k for k, e in ends.items() if np.isclose(there.values[k], e, rtol=1e-9).any()))
         return replace(self.linearised(keys, there.values, whitenings, at_bound), converged=there.converged)
 
     def _local(self, whitening: NoiseWhitening, residual: Floats, rows: Indices) -> Floats:

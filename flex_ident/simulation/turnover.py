@@ -15,13 +15,21 @@ from flex_ident.simulation.compiled import compiled
 
 
 def friction_share(
-    velocity: Floats, half_width: Floats, position: Floats, *, speed: float = 0.0, way: float = 0.0, lead: float = 0.0
+    velocity: Floats,
+    half_width: Floats,
+    position: Floats,
+    *,
+    speed: float = 0.0,
+    way: float = 0.0,
+    lead: float = 0.0,
+    resolution: float = 0.0,
 ) -> Floats:
     """Dry friction over its size (n,), -1 to 1, along a motion.
 
     `velocity` (n,), rad/s, and `half_width` (n,), its change within half a sample; `position` (n,), rad. `speed`,
     rad/s: friction grows with tanh(v / speed), averaged over the sample. `way`, rad: it turns over with the way moved
-    (Dahl 1968: dz/dq = (1 - z sign v) / way). `lead`: samples by which it turns over early.
+    (Dahl 1968: dz/dq = (1 - z sign v) / way). `lead`: samples by which it turns over early. `resolution`, rad: what the
+    position may have moved between two samples without its being seen; a `way` that is much less is none at all.
     """
     share: Floats = np.clip(velocity / half_width, -1.0, 1.0)
     if speed > 0.0:
@@ -29,7 +37,7 @@ def friction_share(
         share = np.clip(0.5 * speed / half_width * smooth, -1.0, 1.0)
     if way > 0.0:
         turned = np.empty_like(share)
-        _turned_over(share, position, way, turned)
+        _turned_over(share, position, way, resolution, turned)
         share = turned
     if lead != 0.0:
         at = np.arange(share.size, dtype=np.float64)
@@ -44,10 +52,10 @@ def _log_cosh(x: Floats) -> Floats:
 
 
 @compiled
-def _turned_over(goal: Floats, position: Floats, way: float, result: Floats) -> None:
+def _turned_over(goal: Floats, position: Floats, way: float, unseen: float, result: Floats) -> None:
     """Dahl's state along `position` (n,) towards `goal` (n,), exact in the way; fills `result` (n,)."""
     z = goal[0]
     result[0] = z
     for k in range(1, goal.size):
-        z = goal[k] + (z - goal[k]) * math.exp(-abs(position[k] - position[k - 1]) / way)
+        z = goal[k] + (z - goal[k]) * math.exp(-(abs(position[k] - position[k - 1]) + unseen) / way)
         result[k] = z
