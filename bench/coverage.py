@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from coverage_tables import print_tables  # noqa: E402
 from plants import Case, CaseError, case_of, made  # noqa: E402
+from recordings import recording_of  # noqa: E402
 
 Line = dict[str, Any]
 Task = tuple[int, int, bool, str, bool]
@@ -68,17 +69,6 @@ def result_line(task: Task) -> Line:
         line["verdict"] = "error"
     line["seconds"] = time.monotonic() - started
     return line
-
-
-def recording_of(recorded: Any, sensors: str) -> Any:
-    """The project's own recording; without the link's position when `sensors` is the motor alone."""
-    from flex_ident.recording import Recording
-
-    return Recording(
-        joint="joint", sample_rate_hz=recorded.rate_hz, motor_position=recorded.motor_position,
-        motor_torque=recorded.motor_torque,
-        link_position=recorded.link_position if sensors == "motor+link" else None,
-    )  # fmt: skip
 
 
 def answer(recorded: Any, sensors: str) -> Line:

@@ -21,7 +21,6 @@ from flex_ident.likelihood.thresholds import (
     OWN_ERROR_AT_REVERSALS,
     OWN_ERROR_OF_LINK,
     OWN_ERROR_RINGING,
-    STANDSTILL,
     STRUCTURE,
 )
 from flex_ident.recording import Floats
@@ -66,8 +65,8 @@ class Remainder:
 def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = None) -> Remainder:
     """What that fit leaves at the rows (m,) of `where`, or all that are usable.
 
-    Where the motor sticks, friction is what no model can know: such samples are not counted. At its reversals that is
-    noise, as far as there is so much dry friction.
+    Where the motor sticks, friction is what no model can know: such samples are not counted. At its reversals what that
+    friction explains is noise, as far as dry friction that may be anywhere between its two signs makes so much.
     """
     problem = solver.problem
     rows = problem.usable
@@ -80,8 +79,9 @@ def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = Non
     shaken = [s[shown] for s in solver.encoder_noise(fit.values)]
     rounding = _rms(shaken[0])
     noise, evidence, repeats = _noise(solver, residual - standstill, rounding)
-    still = min(_rms(standstill[shown]), STANDSTILL * _coulomb(fit.values))
     torque, gap = _rms(problem.torque[rows]), _rms(residual[shown])
+    explained = math.sqrt(max(gap**2 - _rms((residual - standstill)[shown]) ** 2, 0.0))
+    still = min(explained, _rms(solver.standstill_size(fit.values)[shown]))
     link = None
     if others and problem.link is not None:
         deflection = (problem.motion.position[:: problem.decimation] - problem.link)[shown]

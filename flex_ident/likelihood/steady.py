@@ -113,9 +113,7 @@ class SteadyFit(SimulationFit):
             return self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance)
         values = start
         if state:
-            values = self.solve(
-                keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True
-            ).values
+            values = self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True).values
         rest = [k for k in keys if k not in STATE]
         there = self.solve(rest, values, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
         ends = {k: key_bounds(k, self.priors) for k in keys if k in STATE}
@@ -143,6 +141,15 @@ class SteadyFit(SimulationFit):
             return np.zeros_like(residual)
         rows = self.rows((whitening,))[0]
         return whitening.weights(rows).friction(whitening(residual)[rows], residual.size)
+
+    def standstill_size(self, values: Mapping[str, float]) -> Floats:
+        """Standard deviation (m,), N m, of what friction at standstill adds to the torque where it may be anywhere
+        between its two signs."""
+        power = np.zeros(self.problem.time.size)
+        for mark in self.marks:
+            power[mark.first : mark.first + mark.shape.size] += mark.shape**2
+        size: Floats = dry_friction(values) * np.sqrt(power / 3.0)
+        return size
 
     def whitened(self, residuals: tuple[Floats, ...], whitenings: tuple[Whitening, ...]) -> Floats:
         """All channels' whitened residuals in one vector (r,), with little weight on friction at standstill."""

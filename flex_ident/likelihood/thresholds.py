@@ -13,8 +13,6 @@ OWN_ERROR_OF_LINK = 0.008
 """Share of the spring's deflection, rms, that may be left of the link's position: 20 clean recordings of
 `bench/coverage.py`, seed 6, leave up to 0.006 (a motor that sticks); a link encoder behind a further spring 0.01 to
 0.05, with K 20 to 150 standard deviations off."""
-STANDSTILL = 0.05
-"""Of the Coulomb friction: the most, rms, that friction at standstill can hide. More is a model that is wrong."""
 STRUCTURE = 1.2
 """Gap over the noise floor from which what is left counts as structure."""
 LEAST_KNOWN = 0.2

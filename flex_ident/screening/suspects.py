@@ -100,18 +100,19 @@ def _suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[Suspect]:
 
 
 def _refitted(solver: SteadyFit, fit: Fit, score: Score, suspect: Suspect, correlated: float) -> Suspect:
-    """The suspect after a rough refit, where that keeps what the linear estimate promised."""
+    """The suspect after a rough refit. Where that saves nothing the linear estimate was wrong, of its shift too: what is
+    left is the price of its parameters."""
+    price = score.gain / correlated - suspect.gain
     try:
         there = sketched(solver, fit, score)
     except ExcitationError:
-        return replace(suspect, gain=0.0)
+        return replace(suspect, gain=-price)
     saved = 2.0 * (fit.cost - there.cost) / correlated
     if not saved > 0.0:
-        return replace(suspect, gain=min(suspect.gain, 0.0))
+        return replace(suspect, gain=-price)
     shift = np.array([there.values.get(k, fit.values[k]) - fit.values[k] for k in fit.free])
     rows = solver.problem.usable
     gap = float(np.sqrt(np.mean(solver.problem.residuals(there.values)[0][rows] ** 2)))
-    price = score.gain / correlated - suspect.gain
     return Suspect(suspect.effect, saved - price, shift, gap)
 
 
