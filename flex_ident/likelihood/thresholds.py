@@ -41,9 +41,9 @@ the free resonance, was 12 to 57 standard deviations off, and trusted."""
 AT_ITS_END, PHYSICAL_AVERAGING = 0.99, 2.0 / 24.0
 """Share of its range from which a nuisance is at its end; twice what a mean or a hold over a period can make."""
 UNSEEN_WAY = 0.1
-"""Way over which friction turns over, in standard deviations of the encoder's noise, of which nothing can be told. Without
-it fits crept for most of their time through ways of a hundredth of that, where the cost has a minimum of its own
-(`bench/coverage.py`, seed 1, recordings 7 and 14)."""
+"""Way over which friction turns over, in standard deviations of the encoder's noise, of which nothing can be told.
+Without it fits crept for most of their time through ways of a hundredth of that, where the cost has a minimum of its
+own (`bench/coverage.py`, seed 1, recordings 7 and 14)."""
 WEAK_SINGULAR_VALUE = 1e-6
 """Relative to the largest: what differences cannot tell from zero. A link encoder may be 1e5 times as precise as a
 torque, and yet the torque alone tells the scale of all forces."""

@@ -100,8 +100,8 @@ def _suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[Suspect]:
 
 
 def _refitted(solver: SteadyFit, fit: Fit, score: Score, suspect: Suspect, correlated: float) -> Suspect:
-    """The suspect after a rough refit. Where that saves nothing the linear estimate was wrong, of its shift too: what is
-    left is the price of its parameters."""
+    """The suspect after a rough refit. Where that saves nothing the linear estimate was wrong, of its shift too: what
+    is left is the price of its parameters."""
     price = score.gain / correlated - suspect.gain
     try:
         there = sketched(solver, fit, score)
