@@ -1,5 +1,6 @@
 """More than noise, or not: the rule on made-up residuals, and what the noise is known from."""
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,20 +9,25 @@ import pytest
 from made_up import RATE, TIME, problem, reduced, white
 
 from flex_ident.likelihood.remainder import Remainder, remainder
-from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STANDSTILL, STRUCTURE
+from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STRUCTURE
 
 MOTION = 50.0 * white(7)
 """A torque in which every cell of time and frequency holds motion, above the band too where it is not filtered."""
 
 
 def left(
-    made: Any, values: dict[str, float] | None = None, standstill: float = 0.0, rounding: float = 0.0
+    made: Any,
+    values: dict[str, float] | None = None,
+    standstill: float = 0.0,
+    rounding: float = 0.0,
+    most: float = math.inf,
 ) -> Remainder:
-    """The remainder of a fit of a made-up problem, with `standstill`, N m, of friction in every sample, and as much as
-    `rounding`, N m, of what the motor's encoder does."""
+    """The remainder of a fit of a made-up problem, with `standstill`, N m, of friction in every sample, which may be as
+    large as `most`, and as much as `rounding`, N m, of what the motor's encoder does."""
     solver: Any = SimpleNamespace(
         problem=made, whitenings=lambda _values: (None,),
         standstill_friction=lambda residual, _whitening: np.full_like(residual, standstill),
+        standstill_size=lambda _values: np.full_like(made.torque, most),
         encoder_noise=lambda _values: (np.full_like(made.torque, rounding),),
     )  # fmt: skip
     fit: Any = SimpleNamespace(values=values or {})
@@ -89,13 +95,14 @@ def test_without_repeats_and_without_room_above_only_quiet_cells_tell(moving: fl
     assert left(problem(torque, rate_hz=70.0, decimation=1, residual=noise)).evidence == evidence
 
 
-def test_standstill_hides_no_more_than_a_share_of_the_dry_friction() -> None:
-    values = {"FSm": 6.0, "FS": 1.0}
-    quiet = problem(white(), residual=reduced(white()))
-    noise = left(quiet, values).floor
-    for standstill, hidden in ((0.1, 0.1), (5.0, STANDSTILL * 7.0)):
-        shown = problem(white(), residual=reduced(white()) + standstill)
-        assert left(shown, values, standstill).floor == pytest.approx(np.hypot(noise, hidden), rel=1e-6)
+@pytest.mark.parametrize(("standstill", "most", "hidden"), [(5.0, math.inf, 5.0), (5.0, 2.0, 2.0), (-5.0, 2.0, 0.0)])
+def test_standstill_hides_what_it_explains_and_no_more_than_friction_can_do(
+    standstill: float, most: float, hidden: float
+) -> None:
+    """Friction at standstill that makes what is left larger explains nothing."""
+    floor = left(problem(white(), residual=reduced(white()))).floor
+    shown = problem(white(), residual=reduced(white()) + 5.0)
+    assert left(shown, standstill=standstill, most=most).floor == pytest.approx(np.hypot(floor, hidden), rel=0.02)
 
 
 def test_own_error_is_a_share_of_torque_and_of_dry_friction() -> None:
