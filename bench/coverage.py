@@ -3,6 +3,7 @@
     python bench/coverage.py --recordings 60 --seed 1 --jobs 2 --out clean.jsonl --sensors both
     python bench/coverage.py --recordings 63 --seed 1 --hidden --out hidden.jsonl      # one effect each, 21 x 3 sizes
     python bench/coverage.py --recordings 60 --seed 1 --explain --out clean.jsonl      # false findings as well
+    python bench/coverage.py --recordings 60 --seed 1 --effort-kind motor --out told.jsonl
 
 Every recording and set of sensors is one line of FILE; lines that are there already are not made again, so a run can
 be stopped and continued, and `--recordings 0 --out FILE` only prints the tables. `--only 3,17` makes these alone.
@@ -29,15 +30,16 @@ from plants import Case, CaseError, case_of, made  # noqa: E402
 from recordings import recording_of  # noqa: E402
 
 Line = dict[str, Any]
-Task = tuple[int, int, bool, str, bool]
-"""Seed, index, hidden, sensors, whether to explain."""
+Task = tuple[int, int, bool, str, bool, str]
+"""Seed, index, hidden, sensors, whether to explain, kind of effort as it is told."""
 
 
 def name_of(task: Task) -> str:
     """What names a task's line in the file."""
-    seed, index, hidden, sensors, explained = task
+    seed, index, hidden, sensors, explained, effort = task
     kind = "hidden" if hidden else "clean"
-    return f"{kind}|{seed}|{index}|{sensors}|{'explain' if explained else 'identify'}"
+    told = "" if effort == "auto" else f"|{effort}"
+    return f"{kind}|{seed}|{index}|{sensors}|{'explain' if explained else 'identify'}{told}"
 
 
 def case_columns(case: Case) -> Line:
@@ -51,7 +53,7 @@ def case_columns(case: Case) -> Line:
 
 def result_line(task: Task) -> Line:
     """One recording, identified or explained; an exception is a result too."""
-    seed, index, hidden, sensors, explained = task
+    seed, index, hidden, sensors, explained, effort = task
     case = case_of(seed, index, hidden)
     line: Line = {"name": name_of(task), "seed": seed, "index": index, "hidden": hidden, "sensors": sensors}
     line.update(case_columns(case))
@@ -61,7 +63,8 @@ def result_line(task: Task) -> Line:
         line["truth"] = made_case.truth
         line["made_s"] = time.monotonic() - started
         started = time.monotonic()
-        line.update(explanation(made_case.recorded, sensors) if explained else answer(made_case.recorded, sensors))
+        done = explanation if explained else answer
+        line.update(done(made_case.recorded, sensors, effort))
     except CaseError as error:  # no motion that this controller can play suits the joint: no recording, no result
         line["error"], line["verdict"] = str(error)[:500], "not played"
     except Exception as error:
@@ -71,12 +74,12 @@ def result_line(task: Task) -> Line:
     return line
 
 
-def answer(recorded: Any, sensors: str) -> Line:
+def answer(recorded: Any, sensors: str, effort: str) -> Line:
     """Verdict, parameters and notices of `identify`."""
     from flex_ident.estimation.identification import identify
     from flex_ident.estimation.options import IdentifyOptions
 
-    result = identify(recording_of(recorded, sensors), IdentifyOptions(sensors=sensors))
+    result = identify(recording_of(recorded, sensors), IdentifyOptions(sensors=sensors, effort_kind=effort))
     parameters = {
         p.key: {
             "value": float(p.value), "std": float(p.std), "interval": [float(v) for v in p.interval],
@@ -92,11 +95,11 @@ def answer(recorded: Any, sensors: str) -> Line:
     }  # fmt: skip
 
 
-def explanation(recorded: Any, sensors: str) -> Line:
+def explanation(recorded: Any, sensors: str, effort: str) -> Line:
     """Verdict and findings of `explain`."""
     from flex_ident.gap import GapOptions, explain
 
-    found = explain(recording_of(recorded, sensors), GapOptions(sensors=sensors))
+    found = explain(recording_of(recorded, sensors), GapOptions(sensors=sensors, effort_kind=effort))
     return {"verdict": str(found.verdict), "findings": [[f.effect, str(f.verdict)] for f in found.findings]}
 
 
@@ -117,7 +120,9 @@ def tasks_of(given: argparse.Namespace) -> list[Task]:
     indices = [int(v) for v in given.only.split(",")] if given.only else range(given.recordings)
     kinds = (False, True) if given.explain else (False,)
     kinds = (True,) if given.explain_only else kinds
-    return [(given.seed, i, given.hidden, s, kind) for kind in kinds for i in indices for s in sensors]
+    return [
+        (given.seed, i, given.hidden, s, kind, given.effort_kind) for kind in kinds for i in indices for s in sensors
+    ]
 
 
 def main() -> None:
@@ -131,6 +136,7 @@ def main() -> None:
     parser.add_argument("--hidden", action="store_true", help="hide one effect in each recording")
     parser.add_argument("--explain", action="store_true", help="explain the gap as well")
     parser.add_argument("--explain-only", action="store_true", help="explain the gap and do not identify")
+    parser.add_argument("--effort-kind", default="auto", help="what the effort is told to be")
     parser.add_argument("--only", default="", help="these recordings alone, as 3,17")
     parser.add_argument("--quiet", action="store_true", help="no line for each recording")
     given = parser.parse_args()

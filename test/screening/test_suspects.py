@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import base_fit
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, key_bounds
@@ -184,3 +185,18 @@ def test_what_no_suspect_accounts_for_widens_everything(gap: float, suspect_gap:
     assert unexplained_gap((suspect,), left(gap)) == (gap if suspect_gap is None else suspect_gap)
     for key in KEYS:
         assert after.std(key) == pytest.approx(factor * before.std(key), rel=1e-6)
+
+
+def test_a_suspect_whose_refit_saves_nothing_weighs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A linear estimate that promised much, and a refit that ends where it began or runs away: its shift was wrong."""
+    solver, fit = rigid(0.2)
+    name = suspects(solver, fit)[0].effect
+    for outcome in (lambda *_args: fit, _runs_away):
+        monkeypatch.setattr("flex_ident.screening.suspects.sketched", outcome)
+        disproved = next(s for s in suspects(solver, fit) if s.effect == name)
+        assert disproved.gap is None
+        assert disproved.weight < 0.01
+
+
+def _runs_away(*_args: object) -> Fit:
+    raise ExcitationError("runs away")
