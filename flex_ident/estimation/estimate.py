@@ -11,12 +11,12 @@ import numpy as np
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import KindFit, resolved
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
+from flex_ident.estimation.strain import material, strained_factor
 from flex_ident.estimation.thresholds import (
     BAND_IN_MODES,
     LARGEST_BAND,
     LEAST_PERIODS,
     STILL,
-    STRAIN,
     SURE_OF_MODE,
     WIDE_HZ,
 )
@@ -70,7 +70,7 @@ class Estimate:
     plain: Uncertainty
     """The uncertainty as if the model were right; `uncertainty` is joined with what suspects would move."""
     strained: tuple[str, ...] = ()
-    """Nuisances of the measurement chain at the end of what they can be."""
+    """Nuisances of the measurement chain at the end of what they can be, where that bears on the joint."""
     coupling: Coupling | None = None
     """What the motion of other joints explains of what is left; None where none moved."""
     kind: KindFit | None = None
@@ -309,12 +309,14 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
     found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
+    matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.
         factor = left.link.gap / max(left.link.floor, 1e-300)
         size = np.array([factor if key == "K" else math.sqrt(factor) for key in fit.free])
         joined = replace(joined, covariance=joined.covariance + (np.outer(size, size) - 1.0) * plain.covariance)
     if ends and not left.structured(left.gap):  # something is at work, and nothing shows what it does to the parameters
-        joined = replace(joined, covariance=joined.covariance + (STRAIN**2 - 1.0) * plain.covariance)
+        factor = strained_factor(ends, matter)
+        joined = replace(joined, covariance=joined.covariance + (factor**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)
-    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, ends, coupling)
+    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, matter, coupling)
