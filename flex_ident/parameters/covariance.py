@@ -62,6 +62,4 @@ def joined_covariance(keys: Sequence[str], matrix: Floats, stds: Sequence[float]
     beyond = np.maximum(total - np.diag(full), 0.0)
     # An interval that is narrower than the matrix says is one-sided: the matrix gives way.
     shrink = np.sqrt(np.minimum(1.0, total / np.maximum(np.diag(full), 1e-300)))
-    return Covariance(
-        tuple(keys[i] for i in kept), full * np.outer(shrink, shrink) + np.diag(beyond), np.sqrt(beyond)
-    )
+    return Covariance(tuple(keys[i] for i in kept), full * np.outer(shrink, shrink) + np.diag(beyond), np.sqrt(beyond))
