@@ -15,7 +15,7 @@ from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place, bag_name
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Covariance, Identification
-from flex_ident.parameters.current import is_current, notices_in_amperes, parameter_in_amperes
+from flex_ident.parameters.current import in_amperes, is_current, notices_in_amperes, parameter_in_amperes
 from flex_ident.parameters.prismatic import slides
 from flex_ident.pooling.members import Member
 from flex_ident.pooling.recorded_conditions import recorded_conditions
@@ -98,7 +98,7 @@ def finished_set(
             notices=notices_in_amperes(found.notices),
         )  # fmt: skip
     joined = JoinedResult(
-        found, [done[i].result for i in used], [done[i].recording for i in used], in_amperes=current,
+        found, [in_amperes(done[i].result) if current else done[i].result for i in used], [done[i].recording for i in used], in_amperes=current,
         left_out=tuple(n for n in found.notices if n.code is Code.RECORDING_LEFT_OUT),
     )  # fmt: skip
     folder, unwritten = place.found(done[used[0]].recording)

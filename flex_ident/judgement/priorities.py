@@ -20,7 +20,9 @@ DOUBTS = (
 )  # fmt: skip
 """Codes for which a result is doubtful, the most telling first."""
 
-REFUSALS = (Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL)
+REFUSALS = (
+    Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL, Code.SCATTER_TOO_LARGE,
+)  # fmt: skip
 """Codes for which a result is rejected, where nothing else stands out."""
 EXPERIMENTS: dict[str, str] = {
     "K": "sweep through the resonance with a larger amplitude, with a payload, or read a link encoder",

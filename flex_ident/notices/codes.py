@@ -418,6 +418,11 @@ class Code(StrEnum):
         "A parameter differs between recordings by more than each of them can be wrong; the interval holds it.",
         "Where a condition is named, give the parameter for the condition that you need it at.",
     )  # fmt: skip
+    SCATTER_TOO_LARGE = (
+        "scatter_too_large", "reject",
+        "An inertia or a stiffness differs so much between recordings that together they do not determine it.",
+        "Look at each recording by itself, leave out what does not belong, or record more of them.",
+    )  # fmt: skip
     FEW_RECORDINGS = (
         "few_recordings", "info",
         "Two or three recordings say little of how far others would scatter: the intervals are wide for that.",

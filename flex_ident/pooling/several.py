@@ -69,7 +69,7 @@ def several(
     units = {p.key: p.unit for p in parameters}
     scattering = _scatter_notices(members, given, found, named, units)
     objections = [*_apart(members, apart, given), *_doubtful(members)]
-    objections += [not_determined(p) for p in parameters if p.key in ESSENTIAL and not p.identifiable]
+    objections += [n for p in parameters if p.key in ESSENTIAL and not p.identifiable for n in _open(p)]
     of_scale = [] if scale is None else scale_notices(scale, current=current)
     said = [Notice(Code.FEW_RECORDINGS, numbers={"count": len(members)})] if len(members) <= FEW else []
     notices = (*objections, *of_scale, *scattering, *said)
@@ -82,6 +82,13 @@ def several(
     return Several(
         tuple(members), given, found, parameters, covariance, named, apart, scale, multiplied, verdict, notices
     )  # fmt: skip
+
+
+def _open(p: Parameter) -> list[Notice]:
+    """Why a parameter without which there is no result is not determined: by none of them, or not by all together."""
+    if not math.isfinite(p.std):
+        return [not_determined(p)]
+    return [Notice(Code.SCATTER_TOO_LARGE, p.key, {"value": p.value, "two_std": 2.0 * p.std}, {"unit": p.unit})]
 
 
 def _only(given: Values, columns: Sequence[int]) -> Values:
@@ -119,17 +126,25 @@ def _scatter_notices(
         if own.chance >= SCATTERS / len(given.keys):
             continue
         cause = by_key.get(key)
+        share, cause_chance = (0.0, 1.0) if cause is None else (100.0 * cause.share, cause.chance)
         sizes = {
-            "scatter": own.scatter, "chance": own.chance, "share_percent": 0.0 if cause is None else 100.0 * cause.share,
-            "cause_chance": 1.0 if cause is None else cause.chance,
+            "scatter": own.scatter, "chance": own.chance, "share_percent": share, "cause_chance": cause_chance,
+            "apart": float(np.ptp(given.values[given.there[:, k], k])),
         }  # fmt: skip
         texts = {
-            "case": "" if cause is None else "alike" if cause.alike else "condition", "unit": units[key],
+            "case": _case(cause, own), "unit": units[key],
             "farthest": members[farthest(given, k)].name, "condition": "" if cause is None else cause.condition,
             "alike": "" if cause is None else ", ".join(cause.alike),
         }  # fmt: skip
         notices.append(Notice(Code.RECORDINGS_SCATTER, key, sizes, texts))
     return notices
+
+
+def _case(cause: Cause | None, own: Pooled) -> str:
+    """Which sentence tells of a parameter's scatter."""
+    if cause is None:
+        return "two" if own.weights.size == 2 else ""
+    return "alike" if cause.alike else "condition"
 
 
 def farthest(given: Values, k: int) -> int:

@@ -47,6 +47,10 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
             "{subject} scatters by {scatter:.3g} {unit} between recordings (one standard deviation; chance "
             "{chance:.1g}), most in {farthest}: the interval holds that."
         ),
+        "two": (
+            "{subject} differs by {apart:.3g} {unit} between the two recordings, beyond chance ({chance:.1g}): the "
+            "interval holds that."
+        ),
         "condition": (
             "{subject} scatters by {scatter:.3g} {unit} between recordings, and follows the {condition}, which "
             "accounts for {share_percent:.0f} % of it (chance {cause_chance:.2g} over all conditions tried)."
@@ -57,6 +61,10 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
             "changes with it here: {alike}."
         ),
     },
+    Code.SCATTER_TOO_LARGE: (
+        "{subject} differs so much between the recordings that together they do not determine it: {value:.3g} ± "
+        "{two_std:.2g} {unit} (2σ). Look at each by itself, and leave out what does not belong (--leave-out BAG)."
+    ),
     Code.FEW_RECORDINGS: few_recordings,
     Code.JOINT_NAMES_DIFFER: "the joint has different names in the recordings: {joints}.",
     Code.TORQUE_SCALE: turned,
