@@ -98,7 +98,8 @@ def finished_set(
             notices=notices_in_amperes(found.notices),
         )  # fmt: skip
     joined = JoinedResult(
-        found, [in_amperes(done[i].result) if current else done[i].result for i in used], [done[i].recording for i in used], in_amperes=current,
+        found, [in_amperes(done[i].result) if current else done[i].result for i in used],
+        [done[i].recording for i in used], in_amperes=current,
         left_out=tuple(n for n in found.notices if n.code is Code.RECORDING_LEFT_OUT),
     )  # fmt: skip
     folder, unwritten = place.found(done[used[0]].recording)

@@ -92,7 +92,7 @@ def test_a_slide_weighs_what_it_carries() -> None:
 
 def test_a_current_becomes_a_torque_and_the_mass_is_taken_off_again() -> None:
     loads = [Load(), Load(5.0, 0.4), Load(5.0, 0.2, 0.2)]
-    inside = {key: 0 for key in ("Jm", "JL", "K")}
+    inside = dict.fromkeys(("Jm", "JL", "K"), 0)
     truth = {"Jm": 1.0, "JL": 1.6, "K": 1.0e4}
     for seed in range(100):
         drawn = members(np.random.default_rng((26, seed)), 3, added=added(loads), scale=12.5)
@@ -119,7 +119,8 @@ def test_payloads_are_read_by_bag_and_for_all() -> None:
 
 @pytest.mark.parametrize(
     ("texts", "said"),
-    [(["c=5@0.4"], "none of the recordings: a, b"), (["5"], "expected"), (["b=x@1"], "expected"), (["b=5@"], "expected"),
+    [(["c=5@0.4"], "none of the recordings: a, b"),
+     (["5"], "expected"), (["b=x@1"], "expected"), (["b=5@"], "expected"),
      (["b=5@1", "b=4@1"], "second one"), (["5@1", "4@1"], "second one"), (["b=-5@1"], "expected a mass"),
      (["b=nan@1"], "expected a mass"), (["b=5@inf"], "expected a mass"), (["=5@1"], "expected")],
 )  # fmt: skip
