@@ -4,9 +4,9 @@
     python bench/several.py --sets 4 --recordings 6 --out several.jsonl     # recordings of the bench's own plants
 
 With `--sets` every recording is made by `bench/plants` (drive, excitation, rate, effort and friction law drawn for
-each), of a joint whose parameters scatter by 3 % between recordings; the last of each set carries a mass of half the
-link's inertia, and all efforts are recorded too small by one factor. Each set is a line of FILE; lines that are there
-are not made again.
+each), of a joint whose parameters scatter by 3 % between recordings. With `--payload` nothing scatters, the last third
+of each set carries a mass of half the link's inertia, and all efforts are recorded too small by one factor. Each set is
+a line of FILE; lines that are there are not made again.
 """
 
 from __future__ import annotations
@@ -74,7 +74,12 @@ def of_estimates(draws: int) -> None:
               f"said to disagree {100 * apart / sets:.1f} %")  # fmt: skip
 
 
-def set_line(seed: int, index: int, count: int, sensors: str) -> Line:
+def name_of(seed: int, index: int, count: int, sensors: str, loaded: bool) -> str:
+    """What names a set's line in the file."""
+    return f"{seed}|{index}|{count}|{sensors}|{'payload' if loaded else 'scatter'}"
+
+
+def set_line(seed: int, index: int, count: int, sensors: str, loaded: bool) -> Line:
     """One set of recordings of one joint, each identified, all together; truth beside what came out."""
     from coverage import recording_of
 
@@ -88,7 +93,7 @@ def set_line(seed: int, index: int, count: int, sensors: str) -> Line:
     rng = np.random.default_rng((seed, index))
     kind = list(SIZES)[1 + index % 6]
     joint = drawn_joint(SIZES[kind], rng)
-    true_scale = float(rng.uniform(0.8, 1.2))
+    true_scale = float(rng.uniform(0.8, 1.2)) if loaded else 1.0
     mass = 0.5 * joint.JL / LOAD_AT**2
     results, recordings, loads = [], [], []
     case_number = 97 * index
@@ -99,8 +104,8 @@ def set_line(seed: int, index: int, count: int, sensors: str) -> Line:
             if case_number > 97 * index + 90:
                 break
             continue
-        load = Load(mass, LOAD_AT, 0.0) if len(results) >= count - max(1, count // 3) else Load()
-        factors = 1.0 + rng.normal(0.0, SCATTER, len(BASE))
+        load = Load(mass, LOAD_AT, 0.0) if loaded and len(results) >= count - max(1, count // 3) else Load()
+        factors = 1.0 + rng.normal(0.0, 0.0 if loaded else SCATTER, len(BASE))
         own = joint._replace(**{k: getattr(joint, k) * float(f) for k, f in zip(BASE, factors, strict=True)})
         own = own._replace(JL=own.JL + load.inertia, MX=own.MX + load.mass * load.x)
         try:
@@ -116,14 +121,18 @@ def set_line(seed: int, index: int, count: int, sensors: str) -> Line:
             continue
         recordings.append(recording)
         loads.append(load)
-    line: Line = {"name": f"{seed}|{index}|{count}|{sensors}", "joint": kind, "verdicts": [r.verdict for r in results]}
+    line: Line = {
+        "name": name_of(seed, index, count, sensors, loaded),
+        "joint": kind,
+        "verdicts": [r.verdict for r in results],
+    }
     good = [i for i, r in enumerate(results) if r.verdict != "rejected" and r.covariance is not None]
     conditions = recorded_conditions([recordings[i] for i in good])
     members = [
         Member(str(i), results[i].parameters, results[i].covariance, own, results[i].verdict)
         for i, own in zip(good, conditions, strict=True)
     ]
-    found = several(members, [loads[i] for i in good], current=True)
+    found = several(members, [loads[i] for i in good] if loaded else None, current=loaded)
     truth = {k: getattr(joint, k) for k in BASE}
     scale = found.scale.both if found.scale is not None else None
     line |= {
@@ -131,7 +140,9 @@ def set_line(seed: int, index: int, count: int, sensors: str) -> Line:
         "scale": None if scale is None else [true_scale, scale.value, scale.low, scale.high],
         "agree": None if found.scale is None else found.scale.agree,
         "parameters": {
-            p.key: [truth[p.key], p.value, *p.interval] for p in found.parameters if p.key in truth and scale is not None
+            p.key: [truth[p.key], p.value, *p.interval]
+            for p in found.parameters
+            if p.key in truth and (scale is not None or not loaded)
         },
     }  # fmt: skip
     return line
@@ -143,9 +154,10 @@ def print_lines(lines: list[Line]) -> None:
     print(f"{len(lines)} sets; the scale is told in {len(scales)}")
     if scales:
         true, value, low, high = np.array(scales).T
-        print(f"scale: in the interval {100 * np.mean((low <= true) & (true <= high)):.0f} %, error median "
-              f"{100 * np.median(np.abs(value / true - 1)):.2f} %, worst {100 * np.max(np.abs(value / true - 1)):.2f} %; "
-              f"inertia and gravity said to differ in {sum(line['agree'] is False for line in lines)}")  # fmt: skip
+        errors, inside = 100.0 * np.abs(value / true - 1.0), np.sum((low <= true) & (true <= high))
+        print(f"scale: in the interval {inside} of {len(scales)}, error median {np.median(errors):.2f} %, worst "
+              f"{np.max(errors):.2f} %; said to differ by inertia and gravity: "
+              f"{sum(line['agree'] is False for line in lines)}")  # fmt: skip
     for key in BASE:
         rows = np.array([line["parameters"][key] for line in lines if key in line["parameters"]])
         if rows.size:
@@ -163,6 +175,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sensors", default="motor+link", choices=("motor", "motor+link"))
+    parser.add_argument("--payload", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("several.jsonl"))
     given = parser.parse_args()
     if not given.sets:
@@ -172,10 +185,10 @@ def main() -> None:
     there = {line["name"] for line in lines}
     with given.out.open("a") as file:
         for index in range(given.sets):
-            if f"{given.seed}|{index}|{given.recordings}|{given.sensors}" in there:
+            if name_of(given.seed, index, given.recordings, given.sensors, given.payload) in there:
                 continue
             started = time.monotonic()
-            line = set_line(given.seed, index, given.recordings, given.sensors)
+            line = set_line(given.seed, index, given.recordings, given.sensors, given.payload)
             lines.append(line)
             file.write(json.dumps(line) + "\n")
             file.flush()
