@@ -60,11 +60,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     if len(given.bag) > 1:
         return _together(given, values)
     [given.bag] = given.bag
-    for key, option in (("payload", "--payload"), ("leave_out", "--leave-out")):
-        if values[key]:
-            raise UsageError(f"{option}: needs several recordings of the joint, and there is one.")
     from flex_ident.jobs.joints import moving_joints
+    from flex_ident.jobs.several import refuse_of_one
 
+    refuse_of_one(values)
     every = values["joint"] == "all"
     status = 0
     contents: list[dict[str, Any]] = []

@@ -142,6 +142,13 @@ def recording_names(bags: Sequence[Path]) -> tuple[list[str], list[tuple[str, ..
     return names, known
 
 
+def refuse_of_one(values: Mapping[str, Value]) -> None:
+    """Raises UsageError where what is of several recordings is asked of one."""
+    for key, option in (("payload", "--payload"), ("leave_out", "--leave-out")):
+        if values.get(key):
+            raise UsageError(f"{option}: needs several recordings of the joint, and there is one.")
+
+
 def left_out(texts: Sequence[str], names: Sequence[Sequence[str]]) -> set[int]:
     """Which recordings are to be left out. Raises UsageError for a name that is none of theirs."""
     found = set()
