@@ -17,6 +17,7 @@ import os
 import sys
 import time
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,7 @@ def set_line(seed: int, index: int, count: int, sensors: str, loaded: bool) -> L
     line |= {
         "used": len(good), "verdict": found.verdict, "codes": [str(n.code) for n in found.notices],
         "scale": None if scale is None else [true_scale, scale.value, scale.low, scale.high],
+        "pairs": chances([m for m, i in zip(members, good, strict=True) if not loads[i].mass]) if loaded else [],
         "agree": None if found.scale is None else found.scale.agree,
         "parameters": {
             p.key: [truth[p.key], p.value, *p.interval]
@@ -146,6 +148,19 @@ def set_line(seed: int, index: int, count: int, sensors: str, loaded: bool) -> L
         },
     }  # fmt: skip
     return line
+
+
+def chances(members: list[Any]) -> list[float]:
+    """For each pair of recordings of one joint under one load, the chance that `flex_ident compare` gives."""
+    from flex_ident.pooling.agreement import agreement
+
+    found = []
+    for one, other in combinations(members, 2):
+        keys = [key for key in one.known if key in other.known]
+        difference = np.array([one.value(key) - other.value(key) for key in keys])
+        total = one.covariance.of(keys) + other.covariance.of(keys)
+        found.append(agreement(keys, difference, total).chance)
+    return found
 
 
 def print_lines(lines: list[Line]) -> None:
@@ -158,6 +173,9 @@ def print_lines(lines: list[Line]) -> None:
         print(f"scale: in the interval {inside} of {len(scales)}, error median {np.median(errors):.2f} %, worst "
               f"{np.max(errors):.2f} %; said to differ by inertia and gravity: "
               f"{sum(line['agree'] is False for line in lines)}")  # fmt: skip
+    pairs = np.array([chance for line in lines for chance in line.get("pairs", [])])
+    if pairs.size:
+        print(f"{pairs.size} pairs of recordings of one joint; said to differ: {100 * np.mean(pairs < 0.01):.0f} %")
     for key in BASE:
         rows = np.array([line["parameters"][key] for line in lines if key in line["parameters"]])
         if rows.size:

@@ -32,3 +32,7 @@ LARGEST_ESSENTIAL_ERROR = 0.3
 of a single recording (`judgement.thresholds.RELATIVE_LIMIT`)."""
 LEAST_SPREAD = 0.05
 """Share of its size by which a condition that is computed from the recordings must differ between them. Set by hand."""
+DIFFER = 0.01
+"""Chance under which two results of one joint are said to differ. Set by hand."""
+LEAST_DIRECTION = 1e-6
+"""Variance of a combination over the largest, of correlations, under which it is left out: a thousandth in size."""
