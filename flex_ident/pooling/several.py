@@ -17,7 +17,7 @@ from flex_ident.pooling.conditions import Cause, causes
 from flex_ident.pooling.disagreement import Disagreement, disagreements, distance
 from flex_ident.pooling.members import Member, Values, values_of
 from flex_ident.pooling.thresholds import LARGEST_ESSENTIAL_ERROR, SCATTERS
-from flex_ident.pooling.torque_scale import Load, TorqueScale, torque_scale
+from flex_ident.pooling.torque_scale import Estimate, Load, TorqueScale, torque_scale
 from flex_ident.pooling.unloading import unloaded
 from flex_ident.recording.recording import Floats
 
@@ -175,18 +175,20 @@ def scale_notices(scale: TorqueScale, *, current: bool) -> list[Notice]:
     """What a known mass says of the effort's scale."""
     if scale.both is None:
         return [Notice(Code.TORQUE_SCALE_UNKNOWN, "motor_torque", texts={"case": scale.outcome})]
-    means = " and ".join(
-        name for name, own in (("inertia", scale.inertia), ("gravity", scale.gravity)) if own is not None
-    )
     both, angle = scale.both, math.nan if scale.angle is None else math.degrees(scale.angle)
-    sizes = {"scale": both.value, "two_std": 2.0 * both.std, "angle_deg": angle, "least_deg": LEAST_ANGLE_DEG}
-    found = [Notice(Code.TORQUE_SCALE, "motor_torque", sizes, {"means": means})]
+    sizes = {"scale": both.value, "two_std": 2.0 * both.std, "angle_deg": angle, "least_deg": LEAST_ANGLE_DEG,
+             "inertia": _value(scale.inertia), "weight": _value(scale.gravity)}  # fmt: skip
+    found = [Notice(Code.TORQUE_SCALE, "motor_torque", sizes)]
     if scale.agree is False and scale.inertia is not None and scale.gravity is not None and scale.chance is not None:
-        apart = {"inertia": scale.inertia.value, "gravity": scale.gravity.value, "chance": scale.chance}
+        apart = {"inertia": scale.inertia.value, "weight": scale.gravity.value, "chance": scale.chance}
         found.insert(0, Notice(Code.TORQUE_SCALES_DIFFER, "motor_torque", apart))
     elif scale.off and not current:
         found.insert(0, Notice(Code.TORQUE_SCALE_OFF, "motor_torque", sizes))
     return found
+
+
+def _value(own: Estimate | None) -> float:
+    return math.nan if own is None else own.value
 
 
 LEAST_ANGLE_DEG = 5.0

@@ -58,8 +58,8 @@ def compared(paths: Sequence[Path]) -> str:
 
 def joint_text(one: StoredResult, other: StoredResult) -> str:
     """Whether two results agree over all parameters that both determine, in a sentence."""
-    if one.recording and one.recording == other.recording:
-        return "of the same recording: how far they differ is no chance, and cannot be judged by it."
+    if one.recordings & other.recordings:
+        return "of the same recording, or one that both hold: how far they differ cannot be judged by chance."
     known = [{p.key: p for p in r.parameters if p.identifiable and 0.0 < p.std < math.inf} for r in (one, other)]
     keys = [key for key in known[0] if key in known[1] and known[0][key].unit == known[1][key].unit]
     if not keys:

@@ -20,9 +20,12 @@ def few_recordings(n: Notice) -> str:
 
 def turned(n: Notice) -> str:
     """The scale that a known mass gives, and where its gravity pulls."""
+    means = [words for key, words in (("inertia", "inertia"), ("weight", "its weight")) if math.isfinite(n.numbers[key])]
+    scale, two_std = n.numbers["scale"], n.numbers["two_std"]
     text = (
-        "the known mass says that the effort is to be multiplied by {scale:.5g} ± {two_std:.2g} (2σ), by {means}"
-    ).format(**n.numbers, **n.texts)
+        f"the known mass says that the effort is to be multiplied by {scale:.5g} ± {two_std:.2g} (2σ), by "
+        f"{' and '.join(means)}"
+    )
     angle = n.numbers["angle_deg"]
     if math.isfinite(angle) and abs(angle) > n.numbers["least_deg"]:
         text += f"; its gravity acts as if X and Y were turned by {angle:.3g} degrees from the frame of MX and MY"
@@ -84,7 +87,7 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
         "(2σ), and all parameters with it."
     ),
     Code.TORQUE_SCALES_DIFFER: (
-        "the known mass gives one scale of the effort by inertia, {inertia:.4g}, and another by gravity, {gravity:.4g} "
+        "the known mass gives one scale of the effort by inertia, {inertia:.4g}, and another by gravity, {weight:.4g} "
         "(chance {chance:.1g})."
     ),
 }

@@ -39,8 +39,8 @@ class StoredResult:
     findings: tuple[tuple[str, str], ...] = ()
     """Code and sentence of each warning, without what to do."""
     covariance: Covariance | None = None
-    recording: str = ""
-    """The hash of the recording, or of all of them; empty where the file does not say."""
+    recordings: frozenset[str] = frozenset()
+    """The hashes of the recordings that it is of; none where the file does not say."""
 
     @property
     def usable(self) -> bool:
@@ -107,7 +107,7 @@ def stored_result(path: Path) -> StoredResult:
             tuple(_parameter(key, p) for key, p in content["parameters"].items()),
             tuple(_finding(w) for w in content.get("warnings", [])),
             _covariance(content.get("covariance")),
-            _hash(content.get("bag")),
+            _hashes(content),
         )
     except KeyError as error:
         raise DataError(f"{shown}: is damaged ({shortened(error.args[0])} is missing).") from error
@@ -153,8 +153,11 @@ def _covariance(content: Any) -> Covariance | None:
     return Covariance(keys, np.array(matrix).reshape(len(keys), len(keys)), np.zeros(len(keys)))
 
 
-def _hash(bag: Any) -> str:
-    return _text(bag["sha256"]) if isinstance(bag, dict) and "sha256" in bag else ""
+def _hashes(content: dict[str, Any]) -> frozenset[str]:
+    """The hashes of the recordings: of each of several, or of the one."""
+    owners = content.get("recordings") or [content.get("bag")]
+    found = [_text(own["sha256"]) for own in owners if isinstance(own, dict) and "sha256" in own]
+    return frozenset(text for text in found if text)
 
 
 def _finding(warning: dict[str, Any]) -> tuple[str, str]:

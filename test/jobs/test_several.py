@@ -78,7 +78,8 @@ def test_the_set_has_files_values_weights_and_scatter(
     page = (tmp_path / "report.html").read_text()
     assert "https://" not in page
     assert "data:image/png" in page
-    assert "together" not in compared([tmp_path, tmp_path / "a"])
+    assert "A and B: of the same recording" in compared([tmp_path, tmp_path / "a"])
+    assert "A and B: do NOT agree over" in compared([tmp_path / "a", tmp_path / "b"])
 
 
 def test_what_is_left_out_and_what_cannot_be_read_is_named(
