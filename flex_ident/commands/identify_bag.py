@@ -107,13 +107,13 @@ def _identified(given: argparse.Namespace, values: Mapping[str, Value], *, many:
 def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
     """Several recordings of one joint as one."""
     from flex_ident.jobs.places import place_of
-    from flex_ident.jobs.several import finished_set
+    from flex_ident.jobs.several import finished_set, set_name
     from flex_ident.report.several_table import several_text
 
     if values["joint"] == "all":
         raise UsageError("--joint all: of several recordings one joint is identified: name it.")
     quiet = bool(given.quiet or given.json)
-    place = place_of(values, Path(f"{given.bag[0]}_and_{len(given.bag) - 1}_more"), needed=not given.json)
+    place = replace(place_of(values, Path(set_name(given.bag)), needed=not given.json), shared=False)
     with stage_bars(shown=not quiet) as progress:
         done = finished_set(
             given.bag, values, place, plots=not given.no_plots, progress=progress,

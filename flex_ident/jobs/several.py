@@ -54,6 +54,7 @@ def finished_set(
     A recording that cannot be identified, or is rejected, is left out and named. Raises FlexIdentError; before anything
     is computed for wrong usage, and where fewer than two recordings can be used.
     """
+    place = _one_folder(place)
     names, known = recording_names(bags)
     loads = loads_in(texts_of(values.get("payload", "")), known)
     asked = left_out(texts_of(values.get("leave_out", "")), known)
@@ -142,6 +143,11 @@ def recording_names(bags: Sequence[Path]) -> tuple[list[str], list[tuple[str, ..
     return names, known
 
 
+def set_name(bags: Sequence[Path]) -> str:
+    """What a folder for the set is called: by all of its recordings."""
+    return folder_name("+".join(bag_name(bag) for bag in bags))
+
+
 def refuse_of_one(values: Mapping[str, Value]) -> None:
     """Raises UsageError where what is of several recordings is asked of one."""
     for key, option in (("payload", "--payload"), ("leave_out", "--leave-out")):
@@ -159,6 +165,18 @@ def left_out(texts: Sequence[str], names: Sequence[Sequence[str]]) -> set[int]:
             raise UsageError(f"--leave-out {text}: is none of the recordings: {there}.")
         found.update(meant)
     return found
+
+
+def _one_folder(place: Place) -> Place:
+    """The place with the folder of the joint that is asked for first, whatever its name is in other recordings."""
+    found: list[Path | None] = []
+
+    def folder(joint: str) -> Path | None:
+        if not found:
+            found.append(place.folder(joint))
+        return found[0]
+
+    return replace(place, folder=folder)
 
 
 def _below(place: Place, name: str) -> Place:

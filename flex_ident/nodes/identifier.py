@@ -26,7 +26,7 @@ from flex_ident.jobs.explaining import finished_explanation
 from flex_ident.jobs.identifying import finished_identification
 from flex_ident.jobs.options import gap_options, identify_options, signal_selection
 from flex_ident.jobs.places import Place
-from flex_ident.jobs.several import finished_set, refuse_of_one, texts_of
+from flex_ident.jobs.several import finished_set, refuse_of_one, set_name, texts_of
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare, refuse_unknown
 from flex_ident.nodes.running import run_node, spin
@@ -201,8 +201,8 @@ class Identifier(Node):
         values = self._values()
         bags = values["bags"]
         if len(bags) > 1:
-            name = f"{bags[0]}_and_{len(bags) - 1}_more"
-            place = Place(lambda joint: self._folder(name, joint))
+            name = set_name(bags)
+            place = Place(lambda joint: self._folder(name, joint), shared=False)
             return finished_set(bags, values, place, progress=self._progress).content
         refuse_of_one(values)
         done = finished_identification(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def several(
     if current and scale is not None and scale.both is not None:
         multiplied = scale.both.value
         matrix = multiplied**2 * matrix + scale.both.std**2 * np.outer(values, values)
-    parameters = _parameters(members, given, multiplied * values, np.sqrt(np.diag(matrix)))
+    parameters = _parameters(members, given, multiplied * values, np.sqrt(np.diag(matrix)), multiplied)
     units = {p.key: p.unit for p in parameters}
     scattering = _scatter_notices(members, given, found, named, units)
     objections = [*_apart(members, apart, given), *_doubtful(members)]
@@ -99,7 +99,9 @@ def _only(given: Values, columns: Sequence[int]) -> Values:
     )  # fmt: skip
 
 
-def _parameters(members: Sequence[Member], given: Values, values: Floats, stds: Floats) -> tuple[Parameter, ...]:
+def _parameters(
+    members: Sequence[Member], given: Values, values: Floats, stds: Floats, multiplied: float
+) -> tuple[Parameter, ...]:
     """The parameters of all members in their order; those that none determines with an infinite deviation."""
     found = []
     firsts: dict[str, Parameter] = {}
@@ -107,7 +109,8 @@ def _parameters(members: Sequence[Member], given: Values, values: Floats, stds: 
         firsts.setdefault(p.key, p)
     for key, first in firsts.items():
         if key not in given.keys:
-            found.append(replace(first, std=math.inf, identifiable=False, ci95=None, at_bound=False))
+            value = multiplied * first.value
+            found.append(Parameter(key, value, math.inf, first.unit, identifiable=False))
             continue
         k = given.keys.index(key)
         value, std = float(values[k]), float(stds[k])

@@ -8,7 +8,7 @@ from flex_ident.pooling.torque_scale import Estimate, TorqueScale
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, embedded, png_bytes, styled_figure
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
 from flex_ident.report.several_result import JoinedResult, torque_constant
-from flex_ident.report.several_table import HEADER, recording_rows, said, several_rows
+from flex_ident.report.several_table import HEADER, IN_CURRENT, recording_rows, said, several_rows
 from flex_ident.report.table import rounded
 
 SUMMARIES = {
@@ -87,7 +87,7 @@ def _recordings(joined: JoinedResult) -> Section:
     header, rows = recording_rows(joined)
     conditions = [member.conditions for member in joined.found.members]
     names = list(dict.fromkeys(name for own in conditions for name in own))
-    notes = []
+    notes = [IN_CURRENT] if joined.in_amperes and joined.found.multiplied != 1.0 else []
     for member, own in zip(joined.found.members, conditions, strict=True):
         shown = ", ".join(
             f"{n} {own[n]:.4g}" if isinstance(own[n], float) else f"{n} {own[n]}" for n in names if n in own

@@ -9,6 +9,7 @@ from flex_ident.report.sentences import sentence
 from flex_ident.report.several_result import JoinedResult, weights
 from flex_ident.report.table import parameter_row, rounded, text_table
 
+IN_CURRENT = "Each recording's own values are in units of the current; those of all together are in N m."
 HEADER = ("parameter", "value", "± 2σ", "%σ", "unit", "scatter", "")
 
 
@@ -54,6 +55,8 @@ def several_text(joined: JoinedResult) -> str:
     lines += [text_table(HEADER, several_rows(joined), right=(1, 2, 3, 5)), ""]
     header, rows = recording_rows(joined)
     lines += [text_table(header, rows, right=range(2, len(header))), ""]
+    if joined.in_amperes and found.multiplied != 1.0:
+        lines += [IN_CURRENT, ""]
     lines += [f"warning: {text}" for text in said(found.notices)]
     return "\n".join(lines)
 

@@ -20,7 +20,8 @@ def few_recordings(n: Notice) -> str:
 
 def turned(n: Notice) -> str:
     """The scale that a known mass gives, and where its gravity pulls."""
-    means = [words for key, words in (("inertia", "inertia"), ("weight", "its weight")) if math.isfinite(n.numbers[key])]
+    known = (("inertia", "inertia"), ("weight", "its weight"))
+    means = [words for key, words in known if math.isfinite(n.numbers[key])]
     scale, two_std = n.numbers["scale"], n.numbers["two_std"]
     text = (
         f"the known mass says that the effort is to be multiplied by {scale:.5g} ± {two_std:.2g} (2σ), by "

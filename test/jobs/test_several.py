@@ -153,6 +153,16 @@ def test_wrong_usage_is_one_line(
     assert len(said.strip().splitlines()) == 1
 
 
+def test_a_set_has_one_folder_by_default_and_keeps_it(
+    bags: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        assert run(bags / "a", bags / "c", "--quiet") == 0
+    assert [p.name for p in (tmp_path / "flex_ident_results").iterdir()] == ["a+c_elbow"]
+    assert (tmp_path / "flex_ident_results" / "a+c_elbow" / "c" / "result.json").exists()
+
+
 def test_a_recording_that_is_rejected_is_left_out(bags: Path, tmp_path: Path) -> None:
     wrong = rigid_bag(tmp_path / "wrong", sign=-1.0, seed=6)
     assert run(bags / "a", bags / "b", wrong, "--quiet", "--out", tmp_path / "out") == 0
