@@ -180,9 +180,10 @@ def print_lines(lines: list[Line]) -> None:
         rows = np.array([line["parameters"][key] for line in lines if key in line["parameters"]])
         if rows.size:
             true, value, low, high = rows.T
+            size = np.where(true == 0.0, np.nan, np.abs(true))
             print(f"{key}: in the interval {np.sum((low <= true) & (true <= high))} of {len(rows)}, median error "
-                  f"{100 * np.median(np.abs(value / true - 1)):.2f} %, median half width "
-                  f"{100 * np.median(0.5 * (high - low) / np.abs(true)):.2f} %")  # fmt: skip
+                  f"{100 * np.nanmedian(np.abs(value - true) / size):.2f} %, median half width "
+                  f"{100 * np.nanmedian(0.5 * (high - low) / size):.2f} %")  # fmt: skip
 
 
 def main() -> None:
