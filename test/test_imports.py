@@ -10,7 +10,7 @@ import flex_ident
 ROOT = Path(flex_ident.__file__).parent
 STAGES = (
     "notices", "recording", "parameters", "judgement", "filtering", "simulation", "effects", "regression", "likelihood",
-    "screening", "estimation", "gap",
+    "screening", "estimation", "gap", "pooling",
 )  # fmt: skip
 """The method, each stage above what it may import."""
 ASIDE = ("excitation", "virtual_joint")
@@ -36,6 +36,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
         "notices", "recording", "parameters", "judgement", "filtering", "effects", "regression", "likelihood",
         "screening", "estimation",
     ),
+    "pooling": ("notices", "recording", "parameters", "judgement"),
     "excitation": (),
     "virtual_joint": ("recording", "parameters"),
 }  # fmt: skip

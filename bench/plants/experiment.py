@@ -160,10 +160,10 @@ def suited(
     raise CaseError(f"{setup.case}: no amplitude and gain suit the joint.")
 
 
-def made(case: Case) -> Made:
-    """The recording of a case. Raises CaseError."""
+def made(case: Case, joint: Joint | None = None) -> Made:
+    """The recording of a case, of the joint that it draws or of another one. Raises CaseError."""
     size = SIZES[case.joint]
-    joint = drawn_joint(size, case.generator(0))
+    joint = drawn_joint(size, case.generator(0)) if joint is None else joint
     rng = case.generator(1)
     tick = 1.0 / (case.rate_hz * case.ratio)
     q0 = start_position(joint, case.controller, rng)

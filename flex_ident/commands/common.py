@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from flex_ident import __version__
-from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, IMPORT_SETTINGS, Setting, Value
+from flex_ident.configuration.settings import (
+    GAP_SETTINGS,
+    IDENTIFY_SETTINGS,
+    IMPORT_SETTINGS,
+    SET_SETTINGS,
+    Setting,
+    Value,
+)
 from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
 
 if TYPE_CHECKING:
@@ -108,7 +115,8 @@ def add_settings(parser: argparse.ArgumentParser, settings: Sequence[Setting] = 
             parser.add_argument(s.option, dest=s.key, action="store_true", default=None, help=s.description)
         else:
             shown = s.metavar or ("|".join(s.choices) if s.choices else s.key.upper())
-            parser.add_argument(s.option, dest=s.key, metavar=shown, default=None, help=s.description)
+            action = "append" if s.repeated else "store"
+            parser.add_argument(s.option, dest=s.key, metavar=shown, default=None, action=action, help=s.description)
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -136,7 +144,7 @@ def given_settings(
 
 KNOWN_KEYS = (
     "bag", "bag_directories", "output_directory", "use_sim_time",
-    *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS, *IMPORT_SETTINGS)),
+    *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS, *SET_SETTINGS, *IMPORT_SETTINGS)),
 )  # fmt: skip
 """Keys that a file shared with the identifier node and other commands may hold."""
 
@@ -161,6 +169,8 @@ def finite_number(text: str) -> float:
 
 def _from_command_line(setting: Setting, text: Any) -> Value:
     value = text
+    if setting.repeated and any(setting.separator in own for own in text):
+        raise UsageError(f"{setting.option} {text[0]!r}: give the option once for each, without '{setting.separator}'.")
     if isinstance(setting.default, float):
         try:
             value = float(text)

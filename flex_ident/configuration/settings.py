@@ -28,7 +28,10 @@ class Setting:
     upper: float = math.inf
     metavar: str = ""
     many: bool = False
-    """Whether a text is a list: separated by commas, or a list in YAML."""
+    """Whether a text is a list: separated by `separator`, or a list in YAML."""
+    separator: str = ","
+    repeated: bool = False
+    """Whether the option may be given several times: one text of a list each."""
 
     @property
     def option(self) -> str:
@@ -56,7 +59,7 @@ class Setting:
                 raise problem
             return value
         if self.many and isinstance(value, list) and all(isinstance(own, (str, int)) for own in value):
-            value = ",".join(str(own) for own in value)
+            value = self.separator.join(str(own) for own in value)
         if isinstance(self.default, str):
             if not isinstance(value, str) or (self.choices and value not in self.choices):
                 raise problem
@@ -105,6 +108,14 @@ GAP_SETTINGS: tuple[Setting, ...] = (
     Setting("add", "", "effects put in by hand, comma-separated", metavar="EFFECT"),
     Setting("simulated", "", "a recording of the same experiment from a simulator: what is off in it", metavar="BAG"),
 )
+
+SET_SETTINGS: tuple[Setting, ...] = (
+    Setting("payload", "", "a known mass, kg, at X, Y metres in the link's frame, in that recording (in all without "
+            "BAG): gives the effort's scale", metavar="[BAG=]MASS@X[,Y]", many=True, separator=";", repeated=True),
+    Setting("leave_out", "", "a recording of the set to leave out", metavar="BAG", many=True, separator=";",
+            repeated=True),
+)  # fmt: skip
+"""Of several recordings of one joint."""
 
 IMPORT_SETTINGS: tuple[Setting, ...] = (
     Setting("import.joints", "", "names of the joints", metavar="NAMES", many=True),

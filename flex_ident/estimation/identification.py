@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +34,7 @@ from flex_ident.notices import Code, Notice
 from flex_ident.parameters import (
     FLEXIBLE_KEYS,
     GRAVITY_KEYS,
+    Covariance,
     FilterSettings,
     FitQuality,
     FrequencyResponse,
@@ -41,6 +42,7 @@ from flex_ident.parameters import (
     Parameter,
     Sensors,
     TorqueCurves,
+    joined_covariance,
 )
 from flex_ident.parameters.current import is_current
 from flex_ident.parameters.effort_kinds import (
@@ -334,4 +336,14 @@ def identification_of(
         notices=tuple(notices),
         curves=TorqueCurves(problem.time, measured, predicted, held),
         frequency_response=response,
+        covariance=covariance_of(estimate, parameters),
     )
+
+
+def covariance_of(estimate: Estimate, parameters: Sequence[Parameter]) -> Covariance:
+    """How the parameters are uncertain together: the estimate's covariance, with what the method adds to each alone."""
+    uncertainty = estimate.uncertainty
+    known = [p for p in parameters if p.key in uncertainty.free]
+    rows = [uncertainty.free.index(p.key) for p in known]
+    part = uncertainty.covariance[np.ix_(rows, rows)]
+    return joined_covariance([p.key for p in known], part, [p.std for p in known])

@@ -42,9 +42,11 @@ def finished_identification(
     plots: bool = True,
     progress: Progress = lambda _text, _share: None,
     read: Callable[[Recording], None] = lambda _recording: None,
+    raw_units: bool = False,
 ) -> FinishedIdentification:
     """Read, identify, write. `read` is told of the recording, `progress` the stage's name and its share done.
 
+    `raw_units`: what is handed back of a current is not turned into units of it; what is written is.
     Raises FlexIdentError; before anything is computed where the folder cannot be written, if it is needed.
     """
     selection, options = signal_selection(values), identify_options(values)
@@ -57,16 +59,16 @@ def finished_identification(
     )
     if values["prismatic"]:
         result = prismatic(result)
-    if is_current(result.notices):
-        result = in_amperes(result)
+    shown = in_amperes(result) if is_current(result.notices) else result
     progress("writing", 0.0)
     paths: Mapping[str, Path] = {}
     if folder is not None:
         try:
-            paths = write_identification(result, recording, folder, plots=plots)
+            paths = write_identification(shown, recording, folder, plots=plots)
         except UsageError as error:
             if place.needed:
                 raise
             unwritten = error
     progress("writing", 1.0)
-    return FinishedIdentification(result, recording, result_content(result, recording), paths, unwritten)
+    content = result_content(shown, recording)
+    return FinishedIdentification(result if raw_units else shown, recording, content, paths, unwritten)

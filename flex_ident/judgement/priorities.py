@@ -15,11 +15,14 @@ DOUBTS = (
     Code.EFFORT_FROZEN, Code.HELD_SAMPLES, Code.POSITION_REZEROED, Code.TORQUE_DELAY, Code.LINK_SKEW,
     Code.VALIDATION_GAP, Code.MODEL_MISMATCH, Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.STRUCTURED_LINK,
     Code.CHAIN_AT_ITS_END,
-    Code.NOISE_UNKNOWN,
+    Code.NOISE_UNKNOWN, Code.TORQUE_SCALES_DIFFER, Code.TORQUE_SCALE_OFF, Code.RECORDING_DISAGREES,
+    Code.RECORDING_LEFT_OUT, Code.RECORDINGS_DOUBTFUL,
 )  # fmt: skip
 """Codes for which a result is doubtful, the most telling first."""
 
-REFUSALS = (Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL)
+REFUSALS = (
+    Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL, Code.SCATTER_TOO_LARGE,
+)  # fmt: skip
 """Codes for which a result is rejected, where nothing else stands out."""
 EXPERIMENTS: dict[str, str] = {
     "K": "sweep through the resonance with a larger amplitude, with a payload, or read a link encoder",

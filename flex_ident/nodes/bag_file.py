@@ -15,6 +15,7 @@ from typing import Any
 import yaml
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from flex_ident.bags.run_file import RUN_FILE
 from flex_ident.errors import BagError
 
 PLUGINS = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
@@ -25,8 +26,6 @@ STUCK_S = 3.0
 MOST_WAITING = 200_000
 """Messages kept while the disk is slow; more are lost, and counted."""
 MIB = 2**20
-RUN_FILE = "flex_ident_run.yaml"
-"""What the recording is of, beside the data from the first moment on: a bag that was cut short has no metadata.yaml."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +118,7 @@ class BagFile:
             writer.set_custom_data(key, value)
         writer.open()
         text = yaml.safe_dump(self._information, sort_keys=False, allow_unicode=True)
+        # From the first moment on: a bag that is cut short has no metadata.yaml.
         (self.path / RUN_FILE).write_text(text, encoding="utf-8")
         return writer
 

@@ -20,11 +20,13 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flex_ident.commands.common import one_line
-from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, Setting
+from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, SET_SETTINGS, Setting
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.jobs.explaining import finished_explanation
 from flex_ident.jobs.identifying import finished_identification
 from flex_ident.jobs.options import gap_options, identify_options, signal_selection
+from flex_ident.jobs.places import Place
+from flex_ident.jobs.several import finished_set, refuse_of_one, set_name, texts_of
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare, refuse_unknown
 from flex_ident.nodes.running import run_node, spin
@@ -34,9 +36,15 @@ COMMANDS_ONLY = ("out",)
 """Keys of the commands that a file for both may hold."""
 SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in (*COMMANDS_ONLY, "model"))
 NODE_SETTINGS = (
-    Setting("bag", "", "the recording: a path inside bag_directories"),
+    Setting(
+        "bag",
+        "",
+        "the recording: a path inside bag_directories; several, with ';' between them, are one joint "
+        "recorded several times",
+    ),
     Setting("model", "", "a model.yaml to start from, inside bag_directories"),
     *GAP_SETTINGS,
+    *SET_SETTINGS,
 )
 FIXED_SETTINGS = (Setting("output_directory", "flex_ident_results", "where results are written; empty: nowhere"),)
 DIRECTORIES = "bag_directories"
@@ -175,8 +183,11 @@ class Identifier(Node):
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {**current(self, SETTINGS), **current(self, NODE_SETTINGS), "out": ""}
         folders = list(self.get_parameter(DIRECTORIES).value)
-        for key in ("bag", "model", "simulated"):
-            if values[key] or key == "bag":
+        bags = texts_of(values["bag"]) or [""]
+        values["bags"] = [allowed_path(text, folders, what="bag") for text in bags]
+        values["bag"] = str(values["bags"][0])
+        for key in ("model", "simulated"):
+            if values[key]:
                 values[key] = str(allowed_path(str(values[key]), folders, what=key))
         if values["joint"] == "all":
             raise ConfigurationError("joint is 'all': a service call identifies one joint.")
@@ -188,6 +199,12 @@ class Identifier(Node):
 
     def _identified(self) -> Content:
         values = self._values()
+        bags = values["bags"]
+        if len(bags) > 1:
+            name = set_name(bags)
+            place = Place(lambda joint: self._folder(name, joint), shared=False)
+            return finished_set(bags, values, place, progress=self._progress).content
+        refuse_of_one(values)
         done = finished_identification(
             Path(values["bag"]), values, lambda joint: self._folder(values["bag"], joint), progress=self._progress
         )
@@ -195,6 +212,8 @@ class Identifier(Node):
 
     def _explained(self) -> Content:
         values = self._values()
+        if len(values["bags"]) > 1:
+            raise ConfigurationError("bag names several recordings: the gap of one is explained.")
         done = finished_explanation(
             Path(values["bag"]), values, lambda joint: self._folder(values["bag"], joint), progress=self._progress
         )

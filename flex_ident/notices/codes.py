@@ -397,6 +397,63 @@ class Code(StrEnum):
         "Use --method auto.",
     )  # fmt: skip
 
+    # Several recordings.
+    RECORDING_LEFT_OUT = (
+        "recording_left_out", "info",
+        "A recording of the set was left out; doubts where that was not asked for.",
+        "Look at that recording by itself: identify_bag BAG.",
+    )  # fmt: skip
+    RECORDINGS_DOUBTFUL = (
+        "recordings_doubtful", "doubt",
+        "Some of the recordings are doubtful by themselves, and the set with them.",
+        "Read what is said of each, and leave it out with --leave-out BAG, or record it again.",
+    )  # fmt: skip
+    RECORDING_DISAGREES = (
+        "recording_disagrees", "doubt",
+        "A recording disagrees with the others by more than they do among themselves; it is in the result.",
+        "Find out what was different about it, or leave it out with --leave-out BAG.",
+    )  # fmt: skip
+    RECORDINGS_SCATTER = (
+        "recordings_scatter", "info",
+        "A parameter differs between recordings by more than each of them can be wrong; the interval holds it.",
+        "Where a condition is named, give the parameter for the condition that you need it at.",
+    )  # fmt: skip
+    SCATTER_TOO_LARGE = (
+        "scatter_too_large", "reject",
+        "An inertia or a stiffness differs so much between recordings that together they do not determine it.",
+        "Look at each recording by itself, leave out what does not belong, or record more of them.",
+    )  # fmt: skip
+    FEW_RECORDINGS = (
+        "few_recordings", "info",
+        "Two or three recordings say little of how far others would scatter: the intervals are wide for that.",
+        "Record five times or more, under all conditions that matter.",
+    )  # fmt: skip
+    JOINT_NAMES_DIFFER = (
+        "joint_names_differ", "info",
+        "The joints that were identified have different names in the recordings.",
+        "Make sure that they are one joint; --joint NAME takes it in all.",
+    )  # fmt: skip
+    TORQUE_SCALE = (
+        "torque_scale", "info",
+        "What recordings with and without a known mass say of the effort's scale.",
+        "Give it with --effort-scale where it is not 1, or record with more masses for a narrower interval.",
+    )  # fmt: skip
+    TORQUE_SCALE_UNKNOWN = (
+        "torque_scale_unknown", "info",
+        "Recordings with a known mass do not tell the effort's scale, and why.",
+        "Fix the mass far from the axis, and record with and without it.",
+    )  # fmt: skip
+    TORQUE_SCALE_OFF = (
+        "torque_scale_off", "doubt",
+        "By the known mass the effort is to be multiplied: inertia, stiffness and friction are all off by that.",
+        "Give --effort-scale as the message says, once mass and place are sure.",
+    )  # fmt: skip
+    TORQUE_SCALES_DIFFER = (
+        "torque_scales_differ", "doubt",
+        "The known mass adds to the inertia as if the effort had one scale, and to gravity as if it had another.",
+        "Check mass and place, whether gravity is in the effort at all (--effort-kind), and whether the axis is level.",
+    )  # fmt: skip
+
     # What was asked for.
     MODEL_IGNORED = (
         "model_ignored", "info",
@@ -415,7 +472,10 @@ class Code(StrEnum):
     )  # fmt: skip
 
 
-CASES: Mapping[tuple[Code, str], Severity] = {(Code.HELD_SAMPLES, "slow"): "doubt"}
+CASES: Mapping[tuple[Code, str], Severity] = {
+    (Code.HELD_SAMPLES, "slow"): "doubt", (Code.RECORDING_LEFT_OUT, "failed"): "doubt",
+    (Code.RECORDING_LEFT_OUT, "rejected"): "doubt", (Code.RECORDING_LEFT_OUT, "other_model"): "doubt",
+}  # fmt: skip
 """Severities of single cases of a code, where they are worse than the code's."""
 NOT_SI = (Code.POSITION_NOT_SI, Code.EFFORT_NOT_SI)
 """A signal is not what it is taken for: no number that stands on it can be trusted."""

@@ -1,4 +1,4 @@
-"""`flex_ident compare`: results side by side; a difference counts when it exceeds both uncertainties."""
+"""`flex_ident compare`: results side by side, one by one and over all parameters together."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
+from flex_ident.pooling.agreement import agreement
+from flex_ident.recording import Floats
 from flex_ident.recording.names import path_text
-from flex_ident.report.stored import stored_result
+from flex_ident.report.stored import StoredResult, stored_result
 from flex_ident.report.table import rounded, text_table
 
 BEYOND_CHANCE = 3.0
@@ -47,8 +51,38 @@ def compared(paths: Sequence[Path]) -> str:
     if len({r.joint for r in results}) > 1:
         lines.append("these are results of different joints")
     lines += ["", text_table(header, rows, right=range(2, len(header))), ""]
+    lines += [f"A and {_title(i)}: {joint_text(first, results[i])}" for i in range(1, len(results))]
     lines.append(f"values ± 2σ; * differs from {first.joint} in A by more than {BEYOND_CHANCE:.0f} standard deviations")
     return "\n".join(lines)
+
+
+def joint_text(one: StoredResult, other: StoredResult) -> str:
+    """Whether two results agree over all parameters that both determine, in a sentence."""
+    if one.recordings & other.recordings:
+        return "of the same recording, or one that both hold: how far they differ cannot be judged by chance."
+    known = [{p.key: p for p in r.parameters if p.identifiable and 0.0 < p.std < math.inf} for r in (one, other)]
+    keys = [key for key in known[0] if key in known[1] and known[0][key].unit == known[1][key].unit]
+    if not keys:
+        return "no parameter is determined in both."
+    difference = np.array([known[1][key].value - known[0][key].value for key in keys])
+    own = [_own_covariance(r, [p[k].std for k in keys], keys) for r, p in zip((one, other), known, strict=True)]
+    found = agreement(keys, difference, own[0] + own[1])
+    missing = [r for r in (one, other) if r.covariance is None]
+    alone = " (errors taken as independent: there is no covariance in it)" if missing else ""
+    numbers = f"chi-square {found.chi_square:.1f} over {found.freedom} (chance {found.chance:.2g})"
+    shared = f"{len(keys)} shared parameter{'s' if len(keys) > 1 else ''} together"
+    if found.agree:
+        return f"agree over {shared}: {numbers}{alone}."
+    return f"do NOT agree over {shared}: {numbers}, most by {found.farthest}{alone}."
+
+
+def _own_covariance(result: StoredResult, stds: list[float], keys: list[str]) -> Floats:
+    """The covariance (p, p) of a result's `keys`: the one stored for those that it holds, else of each alone."""
+    matrix = np.diag(np.square(stds))
+    if result.covariance is not None:
+        at = [i for i, key in enumerate(keys) if key in result.covariance.keys]
+        matrix[np.ix_(at, at)] = result.covariance.of([keys[i] for i in at])
+    return matrix
 
 
 def _title(index: int) -> str:

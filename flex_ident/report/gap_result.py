@@ -10,6 +10,7 @@ from flex_ident.gap.explanation import Finding, GapExplanation, Region
 from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Parameter
 from flex_ident.report import schemas
+from flex_ident.report.result import covariance_content
 from flex_ident.report.sentences import warning_content
 
 
@@ -52,6 +53,7 @@ def _repeats(r: Repeats | None) -> dict[str, float] | None:
 def gap_content(explanation: GapExplanation) -> dict[str, Any]:
     """The content of `gap.json` (schema flex_ident/gap/1)."""
     e = explanation
+    known = e.final.covariance
     return {
         "schema": schemas.GAP, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
         "gap": {
@@ -68,5 +70,6 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
         ],
         "unexplained": e.unexplained,
         "parameters": {p.key: _parameter(p) for p in e.final.parameters},
+        **({} if known is None else {"covariance": covariance_content(known)}),
         "warnings": [warning_content(n) for n in (*e.notices, *e.final.notices)],
     }  # fmt: skip

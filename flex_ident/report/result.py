@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from flex_ident import __version__
-from flex_ident.parameters import Identification, Parameter
+from flex_ident.parameters import Covariance, Identification, Parameter
 from flex_ident.recording import Recording
 from flex_ident.report import schemas
 from flex_ident.report.sentences import warning_content
@@ -67,6 +67,8 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
         },
         "warnings": [warning_content(n) for n in result.notices],
     }  # fmt: skip
+    if result.covariance is not None:
+        content["covariance"] = covariance_content(result.covariance)
     if result.filter is not None:
         f = result.filter
         content["filter"] = {
@@ -81,6 +83,11 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "stds": {k: [finite(x) for x in v] for k, v in sweep.stds.items()},
         }
     return content
+
+
+def covariance_content(covariance: Covariance) -> dict[str, Any]:
+    """Keys and matrix of a covariance; what the data leave open is not in it."""
+    return {"keys": list(covariance.keys), "matrix": covariance.matrix.tolist()}
 
 
 def numbers(values: Mapping[str, float]) -> dict[str, float | None]:

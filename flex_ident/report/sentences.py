@@ -8,6 +8,7 @@ from typing import Any
 
 from flex_ident.judgement.priorities import REVERSED
 from flex_ident.notices import Code, Notice
+from flex_ident.report.several_worded import OF_SEVERAL
 from flex_ident.report.worded import (
     TAKEN,
     Template,
@@ -327,6 +328,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.SIMPLIFIED_MODEL: (
         "eq. 18 leaves out gravity and the link's Coulomb friction; K and JL may be far off. Use --method auto."
     ),
+    **OF_SEVERAL,
     Code.MODEL_IGNORED: "the model given is not used: linear least squares needs no start and knows no effects.",
     Code.MODEL_AS_GIVEN: (
         "the model as given leaves {given:.3g} {unit}; with its parameters identified again, which is the base here, "

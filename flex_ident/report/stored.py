@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flex_ident.errors import ConfigurationError, DataError
 from flex_ident.notices import Code, Notice
-from flex_ident.parameters import Parameter
+from flex_ident.parameters import Covariance, Parameter
 from flex_ident.parameters.documents import json_document
 from flex_ident.recording.names import harmless, path_text, shortened
 from flex_ident.report import schemas
@@ -20,6 +22,8 @@ FILES = ("result.json", "gap.json")
 """What a folder may hold, the one that counts first."""
 LONGEST_TEXT = 4096
 """Characters of a text in them, at most."""
+MOST_KEYS = 500
+"""Parameters of a covariance, at most."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,9 @@ class StoredResult:
     parameters: tuple[Parameter, ...]
     findings: tuple[tuple[str, str], ...] = ()
     """Code and sentence of each warning, without what to do."""
+    covariance: Covariance | None = None
+    recordings: frozenset[str] = frozenset()
+    """The hashes of the recordings that it is of; none where the file does not say."""
 
     @property
     def usable(self) -> bool:
@@ -99,6 +106,8 @@ def stored_result(path: Path) -> StoredResult:
             _text(content["verdict"]),
             tuple(_parameter(key, p) for key, p in content["parameters"].items()),
             tuple(_finding(w) for w in content.get("warnings", [])),
+            _covariance(content.get("covariance")),
+            _hashes(content),
         )
     except KeyError as error:
         raise DataError(f"{shown}: is damaged ({shortened(error.args[0])} is missing).") from error
@@ -129,6 +138,26 @@ def _parameter(key: str, content: dict[str, Any]) -> Parameter:
         _text(content["unit"]),
         bool(content["identifiable"]),
     )
+
+
+def _covariance(content: Any) -> Covariance | None:
+    """The covariance of a file, if it has one. Raises ValueError for what is none."""
+    if content is None:
+        return None
+    keys = tuple(_text(key) for key in content["keys"])
+    if len(keys) > MOST_KEYS:
+        raise ValueError(f"covariance of {len(keys)} parameters")
+    matrix = [[_number(value) for value in row] for row in content["matrix"]]
+    if any(len(row) != len(keys) for row in matrix) or len(matrix) != len(keys):
+        raise ValueError("covariance and its keys differ in length")
+    return Covariance(keys, np.array(matrix).reshape(len(keys), len(keys)), np.zeros(len(keys)))
+
+
+def _hashes(content: dict[str, Any]) -> frozenset[str]:
+    """The hashes of the recordings: of each of several, or of the one."""
+    owners = content.get("recordings") or [content.get("bag")]
+    found = [_text(own["sha256"]) for own in owners if isinstance(own, dict) and "sha256" in own]
+    return frozenset(text for text in found if text)
 
 
 def _finding(warning: dict[str, Any]) -> tuple[str, str]:

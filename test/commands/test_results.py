@@ -84,3 +84,61 @@ def test_a_pipe_is_no_result(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="a pipe or a device"):
         compared([tmp_path, tmp_path])
     assert stored_content(tmp_path, "result.json") is None
+
+
+def with_covariance(path: Path, values: dict[str, float], together: float, sha256: str = "") -> Path:
+    """A result whose K and JL are known to 1 %, and their errors go together."""
+    stds = {key: 0.01 * value for key, value in {"Jm": 1.0, "K": 1000.0, "JL": 2.0}.items()}
+    matrix = [[stds[a] * stds[b] * (1.0 if a == b else together) for b in stds] for a in stds]
+    parameters = {
+        key: {"value": values[key], "std": std, "unit": "kg m^2", "identifiable": True} for key, std in stds.items()
+    }
+    content = {
+        "schema": "flex_ident/result/1", "joint": "elbow", "sensors": "motor", "method": "auto", "verdict": "trusted",
+        "bag": {"path": "bag", "sha256": sha256 or path.name}, "parameters": parameters,
+        "covariance": {"keys": list(stds), "matrix": matrix},
+    }  # fmt: skip
+    path.mkdir()
+    (path / "result.json").write_text(json.dumps(content))
+    return path
+
+
+def joint_line(one: Path, other: Path) -> str:
+    [line] = [line for line in compared([one, other]).splitlines() if line.startswith("A and B: ")]
+    return line
+
+
+def test_all_parameters_are_judged_together(tmp_path: Path) -> None:
+    base = {"Jm": 1.0, "K": 1000.0, "JL": 2.0}
+    a = with_covariance(tmp_path / "a", base, 0.95)
+    same = with_covariance(tmp_path / "same", {**base, "K": 1010.0, "JL": 2.02, "Jm": 1.01}, 0.95)
+    assert "agree over 3 shared parameters together" in joint_line(a, same)
+    assert "NOT" not in joint_line(a, same)
+    # one by one each lies 1.1 standard deviations off; against each other they lie 7
+    apart = with_covariance(tmp_path / "apart", {**base, "K": 1015.0, "JL": 1.97}, 0.95)
+    rows = [line for line in compared([a, apart]).splitlines() if line.startswith(("Jm ", "K ", "JL "))]
+    assert len(rows) == 3
+    assert not any(row.endswith("*") for row in rows)
+    assert "do NOT agree" in joint_line(a, apart)
+    assert "over 3 (" in joint_line(a, apart)
+    again = with_covariance(tmp_path / "again", base, 0.95, sha256="a")
+    assert "of the same recording" in joint_line(a, again)
+
+
+def test_without_a_covariance_errors_count_as_independent_and_that_is_said(tmp_path: Path) -> None:
+    text = joint_line(written(tmp_path / "a", 1000.0), written(tmp_path / "b", 1100.0))
+    assert "do NOT agree over 3 shared parameters" in text
+    assert "most by K (errors taken as independent" in text
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    ["[]", '{"keys": ["Jm"], "matrix": [[-1.0]]}', '{"keys": ["Jm"], "matrix": [[1.0, 2.0]]}', '{"keys": "Jm"}',
+     '{"keys": ["Jm"], "matrix": [["x"]]}', '{"keys": ["Jm", "K"], "matrix": [[1, 2], [2, 1]]}'],
+)  # fmt: skip
+def test_a_covariance_that_is_none_is_refused(tmp_path: Path, covariance: str) -> None:
+    content = TEMPLATE.replace('"parameters":', f'"covariance": {covariance}, "parameters":')
+    (tmp_path / "result.json").write_text(content)
+    with pytest.raises(DataError, match="damaged") as caught:
+        compared([tmp_path, tmp_path])
+    assert str(caught.value).isprintable()

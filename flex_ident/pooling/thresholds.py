@@ -1,0 +1,38 @@
+"""The thresholds of this stage in one table, each with its source."""
+
+from __future__ import annotations
+
+LEAST_STATISTICAL = 0.1
+"""Share of a recording's variance that is its own at least: recordings never share all of it. Set by hand."""
+SCATTERS = 0.05
+"""Chance of as much scatter by a recording's own uncertainty alone, under which recordings are said to scatter."""
+TWO_SCATTER = 0.1
+"""The same for two recordings, under which their interval takes the quantile of one degree of freedom (12.7). Above, it
+reaches over both intervals: `test/pooling/test_combining.py` has what that covers."""
+DISAGREES = 0.05
+"""Chance, over all recordings and parameters together, under which a recording is said to disagree."""
+FEWEST_TO_DISAGREE = 4
+"""Recordings from which one can be told from the others."""
+NAMED = 0.05
+"""Chance, over all conditions and parameters together, under which a condition is named as the cause of scatter."""
+FEWEST_FOR_CONDITION = 5
+"""Recordings from which a condition is looked for: four have 24 orders, too few for a chance under 5 %."""
+PERMUTATIONS = 2000
+"""Random orders of the recordings; all of them where there are fewer."""
+ALIKE = 0.9
+"""Correlation of two conditions from which the recordings cannot tell them apart. Set by hand."""
+LARGEST_SCALE_ERROR = 0.1
+"""Relative standard deviation of the effort's scale from which a known mass does not tell it. Set by hand."""
+DIFFERENT_SCALES = 0.01
+"""Chance under which the scales by inertia and by gravity are said to differ."""
+SCALE_OFF_STDS = 3.0
+"""Standard deviations from 1 from which the effort is said to have another scale than it was taken with."""
+LARGEST_ESSENTIAL_ERROR = 0.3
+"""Relative standard deviation of an inertia or a stiffness, scatter included, from which it is not identifiable: that
+of a single recording (`judgement.thresholds.RELATIVE_LIMIT`)."""
+LEAST_SPREAD = 0.05
+"""Share of its size by which a condition that is computed from the recordings must differ between them. Set by hand."""
+DIFFER = 0.01
+"""Chance under which two results of one joint are said to differ. Set by hand."""
+LEAST_DIRECTION = 1e-6
+"""Variance of a combination over the largest, of correlations, under which it is left out: a thousandth in size."""
