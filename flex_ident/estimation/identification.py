@@ -61,8 +61,8 @@ from flex_ident.simulation.terms import MEASUREMENT_KEYS
 
 Progress = Callable[[float], None]
 REPORTED = (
-    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "reversal_speed",
-    "presliding", "reversal_lead",
+    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "link_drift",
+    "reversal_speed", "presliding", "reversal_lead",
 )  # fmt: skip
 """Measurement keys that are part of a result."""
 

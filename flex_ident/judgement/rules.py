@@ -10,6 +10,8 @@ from typing import Generic, TypeVar
 from flex_ident.judgement.evidence import Evidence, FitEvidence, LinearEvidence
 from flex_ident.judgement.thresholds import (
     CERTAIN_GAIN,
+    DRIFT_STDS,
+    DRIFTED,
     HOPELESS_PERCENT,
     LATE_STDS,
     MOVED,
@@ -97,6 +99,14 @@ def _late(evidence: Evidence) -> Iterator[Notice]:
         if p.key in SIGNALS and abs(p.value) > evidence.sample_time + LATE_STDS * p.std:
             sizes = {"delay_s": p.value, "std": p.std, "sample_s": evidence.sample_time}
             yield Notice(SIGNALS[p.key], p.key, sizes)
+
+
+def _drifting(evidence: FitEvidence) -> Iterator[Notice]:
+    for p in evidence.measurement:
+        total = p.value * evidence.seconds
+        if p.key == "link_drift" and abs(p.value) > DRIFT_STDS * p.std and abs(total) > DRIFTED * evidence.sample_time:
+            sizes = {"ppm": 1e6 * p.value, "std_ppm": 1e6 * p.std, "total_ms": 1e3 * total}
+            yield Notice(Code.CLOCK_DRIFT, "link_position", sizes, {"case": "fitted"})
 
 
 def _nothing_unseen(evidence: FitEvidence) -> Iterator[Notice]:
@@ -216,6 +226,7 @@ FIT_RULES: tuple[Rule[FitEvidence], ...] = (
     Rule(Code.CAUSE_SUSPECTED, "doubtful", _cause),
     Rule(Code.CHAIN_AT_ITS_END, "doubtful", _strained),
     Rule(Code.TORQUE_DELAY, "doubtful", _late),
+    Rule(Code.CLOCK_DRIFT, "trusted", _drifting),
     Rule(Code.NOT_IDENTIFIABLE, "trusted", _others),
 )
 LINEAR_RULES: tuple[Rule[LinearEvidence], ...] = (

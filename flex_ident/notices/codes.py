@@ -82,6 +82,12 @@ class Code(StrEnum):
         "Two signals are stamped by clocks that are far apart; they were brought together by their times of reception.",
         "Stamp position and effort by one clock: a skew between them biases viscous friction.",
     )  # fmt: skip
+    CLOCK_DRIFT = (
+        "clock_drift", "info",
+        "The clock that stamps one signal runs faster or slower than that of the motor position: its drift, by the "
+        "times of reception or by what fits best, was taken out.",
+        "Discipline all clocks by one (PTP, chrony), or stamp all signals on one computer.",
+    )  # fmt: skip
     RECEIVE_TIMES = (
         "receive_times", "info",
         "The headers carry no usable stamps: times of reception were used, taken as evenly spaced.",

@@ -14,6 +14,7 @@ from flex_ident.report.worded import (
     base_not_determined,
     below_a_sample,
     chain_at_its_end,
+    clock_drift,
     clock_stepped,
     effort_frozen,
     isolated,
@@ -115,6 +116,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{count:.0f} of {total:.0f} messages of {subject} repeat the stamp before them: one of each was kept, which "
         "lowers the rate. Stamp each message when it is measured."
     ),
+    Code.CLOCK_DRIFT: clock_drift,
     Code.DIFFERENT_CLOCKS: (
         "stamps of {subject} come from a clock {off_s:.6g} s off: brought to the motor position's by the usual time "
         "from stamp to reception."
