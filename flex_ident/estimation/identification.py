@@ -19,6 +19,7 @@ from flex_ident.estimation.estimate import (
 )
 from flex_ident.estimation.evidence import evidence_of
 from flex_ident.estimation.far_mode import rigid_link_notice
+from flex_ident.estimation.friction_curve import friction_curve
 from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.options import IdentifyOptions
@@ -334,4 +335,5 @@ def identification_of(
         notices=tuple(notices),
         curves=TorqueCurves(problem.time, measured, predicted, held),
         frequency_response=response,
+        friction_curve=friction_curve(problem, fit, estimate.uncertainty) if problem.rigid else None,
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import DataError
 from flex_ident.notices import Notice
+from flex_ident.parameters.friction_curve import FrictionCurve
 from flex_ident.parameters.joint_model import JointModel
 from flex_ident.parameters.parameter import Parameter
 from flex_ident.recording.recording import Floats
@@ -94,6 +95,8 @@ class Identification:
     curves: TorqueCurves | None = None
     frequency_response: FrequencyResponse | None = None
     cutoff_sweep: CutoffSweep | None = None
+    friction_curve: FrictionCurve | None = None
+    """Friction over speed, of a rigid joint."""
 
     def parameter(self, key: str) -> Parameter:
         """The parameter of that key. Raises DataError when the result has none."""

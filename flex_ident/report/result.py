@@ -11,6 +11,7 @@ from flex_ident.parameters import Identification, Parameter
 from flex_ident.recording import Recording
 from flex_ident.report import schemas
 from flex_ident.report.sentences import warning_content
+from flex_ident.report.units import words_of
 
 
 def finite(value: float) -> float | None:
@@ -80,7 +81,19 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "values": {k: [finite(x) for x in v] for k, v in sweep.values.items()},
             "stds": {k: [finite(x) for x in v] for k, v in sweep.stds.items()},
         }
+    if result.friction_curve is not None:
+        curve = result.friction_curve
+        content["friction_curve"] = {
+            "speed": curve.speed.tolist(), "friction": curve.friction.tolist(), "std": curve.std.tolist(),
+            "ci95": [curve.lower.tolist(), curve.upper.tolist()], **friction_units(result),
+        }  # fmt: skip
     return content
+
+
+def friction_units(result: Identification) -> dict[str, str]:
+    """Units of a friction curve's speed and friction."""
+    words = words_of(result)
+    return {"speed_unit": words("rad/s"), "friction_unit": words("N m")}
 
 
 def numbers(values: Mapping[str, float]) -> dict[str, float | None]:

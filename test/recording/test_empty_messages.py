@@ -1,4 +1,4 @@
-"""A second publisher's messages of zeros are left out whole; a joint that rests at zero, or passes it, is left alone."""
+"""A second publisher's messages of zeros are left out whole; a joint that rests at zero is left alone."""
 
 import numpy as np
 import pytest
