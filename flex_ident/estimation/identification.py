@@ -24,7 +24,7 @@ from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
-from flex_ident.estimation.rigid import rigid_left_percent, rigid_notice
+from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
 from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
@@ -138,15 +138,10 @@ def _identified(
         rigid = rigid_left_percent(recording, prismatic=prismatic, band_hz=options.band_hz)
         if rigid is None or rigid > GOOD_RIGID:
             raise
-        if not may_be_rigid(options):
+        if not may_be_rigid(options, sensors):
             raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error
         said = Notice(Code.TAKEN_AS_RIGID, "K", {"rigid_percent": rigid}, {"case": "alone"})
         return _rigid(recording, options, sensors, prismatic, progress, said)
-
-
-def may_be_rigid(options: IdentifyOptions) -> bool:
-    """Whether a rigid joint may be what is fitted: unless a mode, or a model with a spring, is given."""
-    return not options.rigid and options.first_mode_hz is None and options.model is None
 
 
 def _rigid(
@@ -176,10 +171,10 @@ def _simulated(
     rigid = None
     if sensors != "motor+link" and not options.rigid:
         rigid = rigid_notice(
-            recording, result.fit.relative_error_percent, open_spring=not result.parameter("K").identifiable,
+            recording, result.fit.relative_error_percent, open_spring=spring_is_open(estimate),
             prismatic=prismatic, band_hz=problem.band_hz,
         )  # fmt: skip
-    if rigid is not None and may_be_rigid(options):
+    if rigid is not None and may_be_rigid(options, sensors):
         said = replace(rigid, code=Code.TAKEN_AS_RIGID, texts={"case": "as_well"})
         return _rigid(recording, options, sensors, prismatic, progress, said)
     if rigid is not None:

@@ -29,6 +29,8 @@ from flex_ident.parameters import Parameter, Verdict
 E = TypeVar("E", bound=Evidence)
 ESSENTIAL = ("Jm", "K", "JL", "J")
 """Parameters without which a result says nothing of a joint."""
+FRICTION_FIRST = ("FV", "FS", "MX", "MY")
+"""What a slow recording of a rigid joint answers, inertia or not."""
 SIGNALS = {"torque_delay": Code.TORQUE_DELAY, "link_skew": Code.LINK_SKEW}
 ORDER: tuple[Verdict, ...] = ("rejected", "doubtful", "trusted")
 
@@ -61,12 +63,20 @@ def not_determined(p: Parameter) -> Notice:
     return Notice(Code.NOT_IDENTIFIABLE, p.key, {"value": p.value, "std": p.std}, {"unit": p.unit})
 
 
+def _needed(evidence: Evidence) -> tuple[str, ...]:
+    """Parameters without which nothing is answered: not the inertia of a rigid joint whose friction or weight shows."""
+    shown = any(p.identifiable and p.key in FRICTION_FIRST for p in evidence.parameters)
+    return tuple(k for k in ESSENTIAL if not (k == "J" and shown))
+
+
 def _essential(evidence: Evidence) -> Iterator[Notice]:
-    yield from (not_determined(p) for p in evidence.parameters if p.key in ESSENTIAL and not p.identifiable)
+    needed = _needed(evidence)
+    yield from (not_determined(p) for p in evidence.parameters if p.key in needed and not p.identifiable)
 
 
 def _others(evidence: Evidence) -> Iterator[Notice]:
-    yield from (not_determined(p) for p in evidence.parameters if p.key not in ESSENTIAL and not p.identifiable)
+    needed = _needed(evidence)
+    yield from (not_determined(p) for p in evidence.parameters if p.key not in needed and not p.identifiable)
 
 
 def _weak(evidence: Evidence) -> Iterator[Notice]:

@@ -10,6 +10,7 @@ from flex_ident import __version__
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.recording import Recording
 from flex_ident.report import schemas
+from flex_ident.report.answers import answer_content
 from flex_ident.report.sentences import warning_content
 from flex_ident.report.units import words_of
 
@@ -66,6 +67,7 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "duration_s": float(recording.time[-1]) if recording.time.size else 0.0,
             "sample_rate_hz": recording.sample_rate_hz, "channels": sampling_content(recording),
         },
+        "answers": answer_content(result, recording),
         "warnings": [warning_content(n) for n in result.notices],
     }  # fmt: skip
     if result.filter is not None:
