@@ -25,7 +25,7 @@ from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
-from flex_ident.estimation.thresholds import SENSOR_LEFT
+from flex_ident.estimation.thresholds import MODE_CLEAR, MODE_SEEN, SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
@@ -164,7 +164,8 @@ def _simulated(
         problem, *base_start(problem, options, prismatic=prismatic), prismatic=prismatic,
         kind=options.effort_kind, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
     )  # fmt: skip
-    response = first_mode(recording, hint_hz=options.first_mode_hz).response
+    mode = first_mode(recording, hint_hz=options.first_mode_hz)
+    response = mode.response
     if options.rigid:
         response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
@@ -179,6 +180,12 @@ def _simulated(
         return _rigid(recording, options, sensors, prismatic, progress, said)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
+    locked = result.derived.get("locked_motor_hz", 0.0)
+    if mode.confidence < MODE_SEEN and problem.band_hz / MODE_CLEAR < locked <= problem.band_hz:
+        found = {"locked_motor_hz": locked, "band_hz": problem.band_hz}
+        notice = Notice(Code.MODE_OUTSIDE_BAND, numbers=found, texts={"case": "end"})
+        verdict = "doubtful" if result.verdict == "trusted" else result.verdict
+        result = replace(result, verdict=verdict, notices=(notice, *result.notices))
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
         return result
     sweep = swept_cutoffs(

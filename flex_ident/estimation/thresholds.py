@@ -59,3 +59,7 @@ CURVE_SPREAD = 0.9
 CURVE_BEND = 0.25
 """Share of a node's distance from the line between its neighbours that counts as its error, one standard deviation: a
 curve of constant bend is fitted a sixth of it off."""
+MODE_SEEN, MODE_CLEAR = 0.5, 1.5
+"""Confidence with which the resonance is seen, and the end of the band over the locked-motor frequency, under both of
+which a sweep has not crossed the mode: chirps cut at 0.9 of it or before have 0.01 to 0.22 and 1.2 to 1.6
+(`bench/faulty_recordings.py`), whole recordings 1.75 and more (`bench/coverage.py`, seed 1)."""

@@ -281,7 +281,8 @@ class Code(StrEnum):
     )  # fmt: skip
     MODE_OUTSIDE_BAND = (
         "mode_outside_band", "doubt",
-        "The locked-motor frequency of the result lies above the band that was excited.",
+        "The locked-motor frequency of the result lies above the band that was excited, or at its end and no resonance "
+        "is seen.",
         "Sweep beyond that frequency.",
     )  # fmt: skip
     SAMPLED_SLOWLY = (

@@ -244,10 +244,16 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "no resonance lies in the excited band, up to {band_hz:.3g} Hz: sweep to higher frequencies for the spring, or "
         "use --rigid."
     ),
-    Code.MODE_OUTSIDE_BAND: (
-        "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies above the excited band, {band_hz:.3g} Hz: sweep "
-        "beyond it."
-    ),
+    Code.MODE_OUTSIDE_BAND: {
+        "": (
+            "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies above the excited band, {band_hz:.3g} Hz: "
+            "sweep beyond it."
+        ),
+        "end": (
+            "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies at the end of the excited band, {band_hz:.3g} "
+            "Hz, and no resonance is seen: sweep beyond it."
+        ),
+    },
     Code.SAMPLED_SLOWLY: (
         "{rate_hz:.4g} Hz is slow for a locked-motor frequency of {locked_motor_hz:.3g} Hz: commands held that long "
         "fold back onto it. Command and record at {wanted_hz:.0f} Hz or more."
