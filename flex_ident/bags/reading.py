@@ -113,6 +113,10 @@ def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: Sig
         if selection.reference and not measurable(reference.values).any():
             raise SignalError(f"{reference.source} holds no numbers: name another signal with --reference.")
         raw["reference"] = reference
+    if places.current is not None:
+        raw["motor_current"] = found[places.current]
+        if not _range(raw["motor_current"]) > 0.0:
+            raise SignalError(f"{places.current.source} does not change: name another signal with --motor-current.")
     return raw
 
 

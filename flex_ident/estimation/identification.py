@@ -22,6 +22,7 @@ from flex_ident.estimation.far_mode import rigid_link_notice
 from flex_ident.estimation.friction_curve import friction_curve
 from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
+from flex_ident.estimation.motor_current import kind_beside_current, with_motor_side
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
@@ -94,7 +95,7 @@ def identify(
     where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
     options = options or IdentifyOptions()
-    told, kind = as_told(recording, options.effort_kind)
+    told, kind = as_told(recording, kind_beside_current(recording, options.effort_kind))
     result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
     codes = {notice.code for notice in result.notices}
     if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
@@ -169,6 +170,7 @@ def _simulated(
     if options.rigid:
         response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
+    result = with_motor_side(result, estimate)
     rigid = None
     if sensors != "motor+link" and not options.rigid:
         rigid = rigid_notice(

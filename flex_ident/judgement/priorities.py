@@ -14,7 +14,7 @@ DOUBTS = (
     Code.SIMPLIFIED_MODEL, Code.X5_INCONSISTENT, Code.STARTS_DISAGREE,
     Code.EFFORT_FROZEN, Code.HELD_SAMPLES, Code.POSITION_REZEROED, Code.TORQUE_DELAY, Code.LINK_SKEW,
     Code.VALIDATION_GAP, Code.MODEL_MISMATCH, Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.STRUCTURED_LINK,
-    Code.CHAIN_AT_ITS_END,
+    Code.CHAIN_AT_ITS_END, Code.MOTOR_CURRENT,
     Code.NOISE_UNKNOWN,
 )  # fmt: skip
 """Codes for which a result is doubtful, the most telling first."""

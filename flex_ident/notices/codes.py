@@ -189,6 +189,12 @@ class Code(StrEnum):
         "the current.",
         "Give N m per ampere with --effort-scale: torque constant times gear ratio.",
     )  # fmt: skip
+    MOTOR_CURRENT = (
+        "motor_current", "info",
+        "The motor's inertia and friction, and its torque constant, are from its current, the rest from the torque "
+        "sensor; doubts where they explain the current badly.",
+        "Record current and torque by one clock, and look whether it is this motor's current.",
+    )  # fmt: skip
     EFFORT_COMMANDED = (
         "effort_commanded", "info",
         "The effort is what was asked of the drive, not what it delivered.",
@@ -422,7 +428,10 @@ class Code(StrEnum):
     )  # fmt: skip
 
 
-CASES: Mapping[tuple[Code, str], Severity] = {(Code.HELD_SAMPLES, "slow"): "doubt"}
+CASES: Mapping[tuple[Code, str], Severity] = {
+    (Code.HELD_SAMPLES, "slow"): "doubt",
+    (Code.MOTOR_CURRENT, "poor"): "doubt",
+}
 """Severities of single cases of a code, where they are worse than the code's."""
 NOT_SI = (Code.POSITION_NOT_SI, Code.EFFORT_NOT_SI)
 """A signal is not what it is taken for: no number that stands on it can be trusted."""

@@ -206,6 +206,16 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "give N m per ampere with --effort-scale."
         ),
     },
+    Code.MOTOR_CURRENT: {
+        "well": (
+            "Jm, FVm and FSm are from the motor's current, with a torque constant of {torque_constant:.4g} ± {std:.2g} "
+            "N m/A on the link side, one standard deviation: {left_percent:.1f} % of the current are left."
+        ),
+        "poor": (
+            "Jm, FVm and FSm are from the motor's current, and leave {left_percent:.0f} % of it unexplained (torque "
+            "constant {torque_constant:.4g} ± {std:.2g} N m/A): is it the current of this motor?"
+        ),
+    },
     Code.EFFORT_COMMANDED: "the effort was taken as what the drive was asked for, as you say.",
     Code.EFFORT_KIND_UNCLEAR: (
         "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
