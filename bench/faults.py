@@ -262,7 +262,7 @@ FAULTS = {
     "rezeroed": Kind(rezeroed, (0.02, 0.05, 0.2, 1.0, 5.0), ("position_rezeroed", "position_unwrapped")),
     "held_effort": Kind(held_effort, (1.25, 4.0 / 3.0, 2.0, 3.0, 5.0), ("held_samples",)),
     "held_all": Kind(held_all, (1.25, 4.0 / 3.0, 2.0, 3.0, 5.0), ("held_samples",)),
-    "coarse_stamps": Kind(coarse_stamps, (0.1, 1.0, 1.5, 4.0, 10.0), ("coarse_stamps",)),
+    "coarse_stamps": Kind(coarse_stamps, (0.1, 1.0, 1.5, 4.0, 10.0), ("coarse_stamps", "receive_times")),
     "clock_set": Kind(clock_set, STEPS_MS, ("clock_stepped", "time_jumped_back", "paused", "gaps")),
     "both_clocks_set": Kind(both_clocks_set, STEPS_MS, ("clock_stepped", "time_jumped_back", "paused", "gaps")),
     "link_drift": Kind(link_drift, (10.0, 50.0, -50.0, 200.0, 1000.0), ("clock_drift",), link=True),

@@ -1,4 +1,4 @@
-"""A torque sensor behind the gear and the motor's current beside it give all nine parameters and the torque constant."""
+"""A torque sensor behind the gear and the motor current beside it give all nine parameters and the torque constant."""
 
 from dataclasses import replace
 from functools import cache
