@@ -29,10 +29,11 @@ class SignalPlaces:
     torque: Place
     links: tuple[Place, ...]
     reference: Place | None
+    current: Place | None = None
 
     def all(self) -> list[Place]:
         """Every place."""
-        return [self.motor, self.torque, *self.links, *([self.reference] if self.reference else [])]
+        return [self.motor, self.torque, *self.links, *(p for p in (self.reference, self.current) if p is not None)]
 
 
 class SignalFinder:
@@ -106,6 +107,7 @@ class SignalFinder:
             self._place(effort, joint, "effort"),
             tuple(self._link_places(joint, states)),
             self._place(reference, joint, "position") if reference else None,
+            self._place(given.motor_current, joint, "effort") if given.motor_current else None,
         )
 
     def _link_places(self, joint: str, states: str | None) -> list[Place]:

@@ -44,6 +44,7 @@ class SignalSelection:
     gear_ratio: float = 1.0
     sensors: str = "auto"
     type_files: tuple[str, ...] = ()
+    motor_current: str | None = None
 
     def __post_init__(self) -> None:
         for name in ("effort_scale", "gear_ratio"):

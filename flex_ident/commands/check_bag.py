@@ -14,12 +14,14 @@ from flex_ident.bags.motions import moving_joint
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
-from flex_ident.estimation.identification import refuse_unusable
+from flex_ident.estimation.identification import identify, refuse_unusable
+from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.filtering.design import filter_design
 from flex_ident.notices import Code, Notice
 from flex_ident.notices.codes import NOT_SI
 from flex_ident.recording import Recording, Sampling, extent_text, more_needed
 from flex_ident.recording.recording import SHORT_S, SLOW_HZ
+from flex_ident.report.answers import answer_text
 from flex_ident.report.sentences import sentence
 from flex_ident.report.table import percent_text
 
@@ -58,10 +60,20 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
             if obstacle is not None:
                 errors.append(obstacle)
                 parts[-1] += f"\n  cannot be identified: {obstacle}"
+            else:
+                parts[-1] += f"\n  {_answer(recording, selection.sensors)}"
         except FlexIdentError as error:
             errors.append(error)
             parts.append(f"joint {joint or '?'} cannot be identified: {error}")
     return "\n\n".join(part for part in parts if part), errors[0] if len(errors) >= max(1, len(joints)) else None
+
+
+def _answer(recording: Recording, sensors: str) -> str:
+    """What the recording can answer, as identify_bag finds it without being told anything of the joint."""
+    try:
+        return answer_text(identify(recording, IdentifyOptions(sensors=sensors)), recording)
+    except DataError as error:
+        return f"this recording answers: nothing so far: {error}"
 
 
 def _why_none(motions: Sequence[JointMotion]) -> FlexIdentError:

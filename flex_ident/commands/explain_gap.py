@@ -73,7 +73,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         json.dump(done.content, sys.stdout, allow_nan=False)
         print()
     elif not quiet:
-        print(f"\n{gap_text(done.explanation)}")
+        print(f"\n{gap_text(done.explanation)}\n{done.answers}")
         if done.simulator is not None:
             from flex_ident.report.simulator_table import simulator_text
 

@@ -89,6 +89,7 @@ def _identified(given: argparse.Namespace, values: Mapping[str, Value], *, many:
     """The content of one joint's `result.json`, after it was written and told, and the exit status."""
     from flex_ident.jobs.identifying import finished_identification
     from flex_ident.jobs.places import place_of
+    from flex_ident.report.answers import answer_text
     from flex_ident.report.table import result_text
 
     quiet = bool(given.quiet or given.json)
@@ -99,7 +100,8 @@ def _identified(given: argparse.Namespace, values: Mapping[str, Value], *, many:
             read=say_what_was_read if not quiet else lambda _recording: None,
         )  # fmt: skip
     if not quiet:
-        print(f"\n{result_text(done.result)}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
+        answers = answer_text(done.result, done.recording)
+        print(f"\n{result_text(done.result)}\n{answers}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
     unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
     return done.content, REJECTED if done.result.verdict == "rejected" else unwritten
 

@@ -79,6 +79,9 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
     Setting("link_position", "", "where the link position is", metavar=PLACE),
     Setting("effort", "", "where the effort is", metavar=PLACE),
     Setting("reference", "", "where the commanded position is", metavar=PLACE),
+    Setting(
+        "motor_current", "", "where the motor's current is, beside the effort of a joint torque sensor", metavar=PLACE
+    ),
     Setting("type_file", "", "what defines a message type that the bag does not: X.msg, or a folder of such; several "
             "separated by commas", metavar="X.msg", many=True),
     Setting("effort_scale", 1.0, "N m per recorded unit of effort (torque constant x gear ratio); negative turns the "

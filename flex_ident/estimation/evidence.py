@@ -71,6 +71,7 @@ def evidence_of(
         validation_percent=validation_percent,
         measurement=measurement,
         sample_time=estimate.problem.recording.sample_time,
+        seconds=float(estimate.problem.time[-1]),
         locked_motor_hz=locked_motor_hz,
         band_hz=estimate.problem.band_hz,
         gap=left.gap,

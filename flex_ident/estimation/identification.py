@@ -19,12 +19,14 @@ from flex_ident.estimation.estimate import (
 )
 from flex_ident.estimation.evidence import evidence_of
 from flex_ident.estimation.far_mode import rigid_link_notice
+from flex_ident.estimation.friction_curve import friction_curve
 from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
+from flex_ident.estimation.motor_current import kind_beside_current, with_motor_side
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
-from flex_ident.estimation.rigid import rigid_left_percent, rigid_notice
-from flex_ident.estimation.thresholds import SENSOR_LEFT
+from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
+from flex_ident.estimation.thresholds import MODE_CLEAR, MODE_SEEN, SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
@@ -63,8 +65,8 @@ from flex_ident.simulation.terms import MEASUREMENT_KEYS
 
 Progress = Callable[[float], None]
 REPORTED = (
-    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "reversal_speed",
-    "presliding", "reversal_lead",
+    "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "link_drift",
+    "reversal_speed", "presliding", "reversal_lead",
 )  # fmt: skip
 """Measurement keys that are part of a result."""
 
@@ -95,7 +97,7 @@ def identify(
     where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
     options = options or IdentifyOptions()
-    told, kind = as_told(recording, options.effort_kind)
+    told, kind = as_told(recording, kind_beside_current(recording, options.effort_kind))
     result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
     codes = {notice.code for notice in result.notices}
     if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
@@ -139,15 +141,10 @@ def _identified(
         rigid = rigid_left_percent(recording, prismatic=prismatic, band_hz=options.band_hz)
         if rigid is None or rigid > GOOD_RIGID:
             raise
-        if not may_be_rigid(options):
+        if not may_be_rigid(options, sensors):
             raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error
         said = Notice(Code.TAKEN_AS_RIGID, "K", {"rigid_percent": rigid}, {"case": "alone"})
         return _rigid(recording, options, sensors, prismatic, progress, said)
-
-
-def may_be_rigid(options: IdentifyOptions) -> bool:
-    """Whether a rigid joint may be what is fitted: unless a mode, or a model with a spring, is given."""
-    return not options.rigid and options.first_mode_hz is None and options.model is None
 
 
 def _rigid(
@@ -170,21 +167,29 @@ def _simulated(
         problem, *base_start(problem, options, prismatic=prismatic), prismatic=prismatic,
         kind=options.effort_kind, progress=None if progress is None else lambda x: progress(0.1 + 0.6 * x),
     )  # fmt: skip
-    response = first_mode(recording, hint_hz=options.first_mode_hz).response
+    mode = first_mode(recording, hint_hz=options.first_mode_hz)
+    response = mode.response
     if options.rigid:
         response = replace(response, modes_hz=())
     result = identification_of(recording, estimate, sensors=sensors, method="auto", response=response)
+    result = with_motor_side(result, estimate)
     rigid = None
     if sensors != "motor+link" and not options.rigid:
         rigid = rigid_notice(
-            recording, result.fit.relative_error_percent, open_spring=not result.parameter("K").identifiable,
+            recording, result.fit.relative_error_percent, open_spring=spring_is_open(estimate),
             prismatic=prismatic, band_hz=problem.band_hz,
         )  # fmt: skip
-    if rigid is not None and may_be_rigid(options):
+    if rigid is not None and may_be_rigid(options, sensors):
         said = replace(rigid, code=Code.TAKEN_AS_RIGID, texts={"case": "as_well"})
         return _rigid(recording, options, sensors, prismatic, progress, said)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
+    locked = result.derived.get("locked_motor_hz", 0.0)
+    if mode.confidence < MODE_SEEN and problem.band_hz / MODE_CLEAR < locked <= problem.band_hz:
+        found = {"locked_motor_hz": locked, "band_hz": problem.band_hz}
+        notice = Notice(Code.MODE_OUTSIDE_BAND, numbers=found, texts={"case": "end"})
+        verdict = "doubtful" if result.verdict == "trusted" else result.verdict
+        result = replace(result, verdict=verdict, notices=(notice, *result.notices))
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
         return result
     sweep = swept_cutoffs(
@@ -337,6 +342,7 @@ def identification_of(
         curves=TorqueCurves(problem.time, measured, predicted, held),
         frequency_response=response,
         covariance=covariance_of(estimate, parameters),
+        friction_curve=friction_curve(problem, fit, estimate.uncertainty) if problem.rigid else None,
     )
 
 

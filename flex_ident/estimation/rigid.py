@@ -3,16 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 
 from flex_ident.errors import DataError
-from flex_ident.estimation.estimate import base_fit, fit_problem, rigid_keys, rough_values, started_values
+from flex_ident.estimation.estimate import (
+    Estimate,
+    base_fit,
+    fit_problem,
+    rigid_keys,
+    rough_values,
+    started_values,
+)
+from flex_ident.estimation.evidence import is_identifiable
+from flex_ident.estimation.identified import modes_hz
 from flex_ident.judgement.thresholds import GOOD_RIGID, MOST_RIGID, RIGID_MARGIN, SURELY_RIGID
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.notices import Code, Notice
+from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
+
+
+class Asked(Protocol):
+    """What an identification or an explanation may be asked for that decides whether the joint may be rigid."""
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it was said to be."""
+
+    @property
+    def first_mode_hz(self) -> float | None:
+        """Its mode, if given."""
+
+    @property
+    def model(self) -> JointModel | None:
+        """The model to start from, if given."""
+
+
+def may_be_rigid(asked: Asked, sensors: str) -> bool:
+    """Whether a rigid joint may be taken for what is fitted, unasked: unless a mode, or a model with a spring, is
+    given, or the link's position is there to see the spring by."""
+    return not asked.rigid and asked.first_mode_hz is None and asked.model is None and sensors != "motor+link"
+
+
+def spring_is_open(estimate: Estimate) -> bool:
+    """Whether the data leave the spring open: K, or an inertia where the mode lies above all that was excited."""
+    fit = estimate.fit
+    if not is_identifiable(estimate, "K"):
+        return True
+    outside = modes_hz(fit.values).get("locked_motor_hz", 0.0) > estimate.problem.band_hz
+    return outside and not all(is_identifiable(estimate, k) for k in ("Jm", "JL") if k in fit.free)
 
 
 def rigid_left_percent(

@@ -55,3 +55,15 @@ WIDE_HZ, SURE_OF_MODE, BAND_IN_MODES = 60.0, 0.8, 8.0
 motor's inertia, and what a fast controller makes of its encoder's rounding."""
 LEAST_PERIODS, LARGEST_BAND = 8.0, 0.4
 """Periods of the highest frequency that a recording must hold; the highest in sampling rates."""
+CURVE_NODES, CURVE_SECONDS, CURVE_QUANTILES = 7, 1.0, (0.03, 0.99)
+"""Speeds at most of a friction curve in one direction, seconds of motion for each, and the quantiles of speed between
+which they lie. Set by hand: what a table still shows."""
+CURVE_SPREAD = 0.9
+"""Share of its size that friction must have reached for the speed to count."""
+CURVE_BEND = 0.25
+"""Share of a node's distance from the line between its neighbours that counts as its error, one standard deviation: a
+curve of constant bend is fitted a sixth of it off."""
+MODE_SEEN, MODE_CLEAR = 0.5, 1.5
+"""Confidence with which the resonance is seen, and the end of the band over the locked-motor frequency, under both of
+which a sweep has not crossed the mode: chirps cut at 0.9 of it or before have 0.01 to 0.22 and 1.2 to 1.6
+(`bench/faulty_recordings.py`), whole recordings 1.75 and more (`bench/coverage.py`, seed 1)."""

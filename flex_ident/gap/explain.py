@@ -93,7 +93,7 @@ def explain(
             gaps, estimate = gaps[:1], estimate_of(solver, base, prismatic=options.prismatic)
             final = _final(recording, of_kind(estimate, kinds), sensors)
     if not search.accepted:
-        rigid = rigid_as_well(recording, problem, kinds, options)
+        rigid = rigid_as_well(recording, of_kind(estimate, kinds), options)
         if rigid is not None:
             return _explained_as_rigid(recording, options, progress, rigid)
     first, left = remainder(solver, base, held), remainder(estimate.solver, estimate.fit, held)

@@ -17,6 +17,7 @@ from flex_ident.jobs.options import gap_options, signal_selection
 from flex_ident.jobs.places import Folder, Place
 from flex_ident.parameters.current import is_current
 from flex_ident.recording import Recording
+from flex_ident.report.answers import answer_content, answer_text
 from flex_ident.report.folder import beside
 from flex_ident.report.gap_result import gap_content
 from flex_ident.report.gap_writing import write_explanation
@@ -38,6 +39,8 @@ class FinishedExplanation:
     simulator: SimulatorGap | None = None
     beside_result: bool = False
     unwritten: UsageError | None = None
+    answers: str = ""
+    """What the recording can answer, in one line."""
 
 
 def finished_explanation(
@@ -74,6 +77,7 @@ def finished_explanation(
     if is_current(explanation.final.notices):
         explanation = explanation_in_amperes(explanation)
     content = gap_content(explanation)
+    content["answers"] = answer_content(explanation.final, recording)
     content["bag"] = {"path": recording.path, "sha256": recording.sha256}
     if compared is not None:
         content["simulated"] = simulator_content(compared)
@@ -86,4 +90,5 @@ def finished_explanation(
                 raise
             unwritten = error
     kept = folder is not None and beside(folder, "result.json", recording)
-    return FinishedExplanation(explanation, content, paths, compared, kept, unwritten)
+    answers = answer_text(explanation.final, recording)
+    return FinishedExplanation(explanation, content, paths, compared, kept, unwritten, answers)

@@ -27,6 +27,7 @@ def signal_selection(values: Mapping[str, Value]) -> SignalSelection:
         link_position=_text(values, "link_position"),
         effort=_text(values, "effort"),
         reference=_text(values, "reference"),
+        motor_current=_text(values, "motor_current"),
         effort_scale=float(values["effort_scale"]),
         gear_ratio=float(values["gear_ratio"]),
         sensors=str(values["sensors"]),

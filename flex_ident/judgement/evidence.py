@@ -58,6 +58,8 @@ class FitEvidence(Evidence):
     whether that is `structured` and the noise known; causes; what other joints explain; and what of the measurement
     chain is at the end of what it can be."""
 
+    seconds: float = 0.0
+    """Length of the recording, s."""
     locked_motor_hz: float = 0.0
     band_hz: float = 0.0
     gap: float = 0.0

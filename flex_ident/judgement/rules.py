@@ -10,6 +10,8 @@ from typing import Generic, TypeVar
 from flex_ident.judgement.evidence import Evidence, FitEvidence, LinearEvidence
 from flex_ident.judgement.thresholds import (
     CERTAIN_GAIN,
+    DRIFT_STDS,
+    DRIFTED,
     HOPELESS_PERCENT,
     LATE_STDS,
     MOVED,
@@ -27,6 +29,8 @@ from flex_ident.parameters import Parameter, Verdict
 E = TypeVar("E", bound=Evidence)
 ESSENTIAL = ("Jm", "K", "JL", "J")
 """Parameters without which a result says nothing of a joint."""
+FRICTION_FIRST = ("FV", "FS", "MX", "MY")
+"""What a slow recording of a rigid joint answers, inertia or not."""
 SIGNALS = {"torque_delay": Code.TORQUE_DELAY, "link_skew": Code.LINK_SKEW}
 ORDER: tuple[Verdict, ...] = ("rejected", "doubtful", "trusted")
 
@@ -59,12 +63,20 @@ def not_determined(p: Parameter) -> Notice:
     return Notice(Code.NOT_IDENTIFIABLE, p.key, {"value": p.value, "std": p.std}, {"unit": p.unit})
 
 
+def _needed(evidence: Evidence) -> tuple[str, ...]:
+    """Parameters without which nothing is answered: not the inertia of a rigid joint whose friction or weight shows."""
+    shown = any(p.identifiable and p.key in FRICTION_FIRST for p in evidence.parameters)
+    return tuple(k for k in ESSENTIAL if not (k == "J" and shown))
+
+
 def _essential(evidence: Evidence) -> Iterator[Notice]:
-    yield from (not_determined(p) for p in evidence.parameters if p.key in ESSENTIAL and not p.identifiable)
+    needed = _needed(evidence)
+    yield from (not_determined(p) for p in evidence.parameters if p.key in needed and not p.identifiable)
 
 
 def _others(evidence: Evidence) -> Iterator[Notice]:
-    yield from (not_determined(p) for p in evidence.parameters if p.key not in ESSENTIAL and not p.identifiable)
+    needed = _needed(evidence)
+    yield from (not_determined(p) for p in evidence.parameters if p.key not in needed and not p.identifiable)
 
 
 def _weak(evidence: Evidence) -> Iterator[Notice]:
@@ -97,6 +109,14 @@ def _late(evidence: Evidence) -> Iterator[Notice]:
         if p.key in SIGNALS and abs(p.value) > evidence.sample_time + LATE_STDS * p.std:
             sizes = {"delay_s": p.value, "std": p.std, "sample_s": evidence.sample_time}
             yield Notice(SIGNALS[p.key], p.key, sizes)
+
+
+def _drifting(evidence: FitEvidence) -> Iterator[Notice]:
+    for p in evidence.measurement:
+        total = p.value * evidence.seconds
+        if p.key == "link_drift" and abs(p.value) > DRIFT_STDS * p.std and abs(total) > DRIFTED * evidence.sample_time:
+            sizes = {"ppm": 1e6 * p.value, "std_ppm": 1e6 * p.std, "total_ms": 1e3 * total}
+            yield Notice(Code.CLOCK_DRIFT, "link_position", sizes, {"case": "fitted"})
 
 
 def _nothing_unseen(evidence: FitEvidence) -> Iterator[Notice]:
@@ -216,6 +236,7 @@ FIT_RULES: tuple[Rule[FitEvidence], ...] = (
     Rule(Code.CAUSE_SUSPECTED, "doubtful", _cause),
     Rule(Code.CHAIN_AT_ITS_END, "doubtful", _strained),
     Rule(Code.TORQUE_DELAY, "doubtful", _late),
+    Rule(Code.CLOCK_DRIFT, "trusted", _drifting),
     Rule(Code.NOT_IDENTIFIABLE, "trusted", _others),
 )
 LINEAR_RULES: tuple[Rule[LinearEvidence], ...] = (

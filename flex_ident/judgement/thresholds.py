@@ -25,6 +25,8 @@ MOVED = 5.0
 set on `bench/coverage.py`, seed 1."""
 LATE_STDS = 2.0
 """Standard deviations beyond a sample from which a signal counts as recorded late."""
+DRIFT_STDS, DRIFTED = 4.0, 0.2
+"""Standard deviations, and sampling periods over the recording, from which a clock's drift is worth a word."""
 X5_DOUBTFUL, X5_REJECTED = 2.0, 10.0
 """Standard deviations between the measured X5 and the one that follows from the other combinations (Table 3)."""
 GOOD_RIGID = 15.0

@@ -71,6 +71,8 @@ def key_scale(problem: FitProblem, key: str, value: float) -> float:
             return max(abs(value), 1e-3 * position)
         case "torque_averaging" | "far_mode":
             return 0.1
+        case "link_drift":
+            return ts / float(problem.time[-1])
         case "link_scale":
             return 1e-2
         case "link_zero" | "initial_deflection":

@@ -18,6 +18,7 @@ from flex_ident.likelihood.thresholds import (
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.prior import Prior
+from flex_ident.recording import Recording
 
 LATE_SAMPLES = 3.0
 """Samples by which a signal may be recorded late or early and be corrected for."""
@@ -29,6 +30,9 @@ USUAL_LEAD_S, LARGEST_LEAD_S = 3e-3, 0.03
 USUAL_SCALE, LARGEST_SCALE = 1e-3, 3e-3
 """Scale error of a link encoder: a disk eccentric by a thousandth of its radius reads up to that much too far.
 With 1 % and more it would pass for gravity that is not in the effort."""
+USUAL_DRIFT, LARGEST_DRIFT = 2e-5, 5e-4
+"""Difference of rate between two clocks: quartz is right to 20 parts in a million each, as its makers say; what is far
+more shows in the times of reception."""
 TURNOVER = 0.1
 """Speed, relative to the rms speed, and way, relative to the range, over which friction may turn over, one std."""
 
@@ -68,7 +72,15 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
         priors["link_zero"] = Prior(0.0, far, -10.0 * far, 10.0 * far)
         priors["link_scale"] = Prior(0.0, USUAL_SCALE, -LARGEST_SCALE, LARGEST_SCALE)
         priors[FAR_MODE] = far_mode_prior()
+        if has_own_clock(problem.recording):
+            priors["link_drift"] = Prior(0.0, USUAL_DRIFT, -LARGEST_DRIFT, LARGEST_DRIFT)
     return priors
+
+
+def has_own_clock(recording: Recording) -> bool:
+    """Whether the link's position may be stamped by another clock than the motor's: it comes in other messages."""
+    topics = {s.role: s.source.partition(":")[0] for s in recording.sampling}
+    return topics.get("link_position") != topics.get("motor_position")
 
 
 def far_mode_prior() -> Prior:
@@ -76,7 +88,16 @@ def far_mode_prior() -> Prior:
     return Prior(0.0, FAR_SHARE, LEAST_FAR_SHARE, LARGEST_FAR_SHARE)
 
 
-CHAIN = ("torque_delay", "torque_averaging", "effort_lag", "reversal_lead", "link_skew", "link_scale", "far_mode")
+CHAIN = (
+    "torque_delay",
+    "torque_averaging",
+    "effort_lag",
+    "reversal_lead",
+    "link_skew",
+    "link_scale",
+    "link_drift",
+    "far_mode",
+)
 """Nuisances that have an end beyond which there is something else."""
 
 

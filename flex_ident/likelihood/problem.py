@@ -242,9 +242,20 @@ class FitProblem:
         link_out = None
         if self.link is not None and link is not None:
             position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))
+            drift = float(terms[Term.LINK_DRIFT])
+            if drift != 0.0:
+                position = position + self._drifted(link, float(terms[Term.LINK_SKEW]), drift)
             moved = position - self._middle
             link_out = position + terms[Term.LINK_SCALE] * moved + terms[Term.LINK_ZERO]
         return Prediction(torque_out, link_out)
+
+    def _drifted(self, link: LinkMotion, skew: float, drift: float) -> Floats:
+        """What the link's position (m,) differs by where its clock gains `drift` on the motor's, s/s: to second order
+        in the time that it is off, which is none in the middle."""
+        late = drift * (self.time - 0.5 * self.time[-1])
+        velocity, acceleration = self._filter(link.velocity, (0, 1), delay=skew)
+        off: Floats = -late * velocity + 0.5 * late**2 * acceleration
+        return off
 
     def measured_torque(self, values: Mapping[str, float]) -> Floats:
         """The recorded torque (m,), clipped where the model says that the drive delivered no more."""

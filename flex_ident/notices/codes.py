@@ -82,6 +82,12 @@ class Code(StrEnum):
         "Two signals are stamped by clocks that are far apart; they were brought together by their times of reception.",
         "Stamp position and effort by one clock: a skew between them biases viscous friction.",
     )  # fmt: skip
+    CLOCK_DRIFT = (
+        "clock_drift", "info",
+        "The clock that stamps one signal runs faster or slower than that of the motor position: its drift, by the "
+        "times of reception or by what fits best, was taken out.",
+        "Discipline all clocks by one (PTP, chrony), or stamp all signals on one computer.",
+    )  # fmt: skip
     RECEIVE_TIMES = (
         "receive_times", "info",
         "The headers carry no usable stamps: times of reception were used, taken as evenly spaced.",
@@ -183,6 +189,12 @@ class Code(StrEnum):
         "the current.",
         "Give N m per ampere with --effort-scale: torque constant times gear ratio.",
     )  # fmt: skip
+    MOTOR_CURRENT = (
+        "motor_current", "info",
+        "The motor's inertia and friction, and its torque constant, are from its current, the rest from the torque "
+        "sensor; doubts where they explain the current badly.",
+        "Record current and torque by one clock, and look whether it is this motor's current.",
+    )  # fmt: skip
     EFFORT_COMMANDED = (
         "effort_commanded", "info",
         "The effort is what was asked of the drive, not what it delivered.",
@@ -275,7 +287,8 @@ class Code(StrEnum):
     )  # fmt: skip
     MODE_OUTSIDE_BAND = (
         "mode_outside_band", "doubt",
-        "The locked-motor frequency of the result lies above the band that was excited.",
+        "The locked-motor frequency of the result lies above the band that was excited, or at its end and no resonance "
+        "is seen.",
         "Sweep beyond that frequency.",
     )  # fmt: skip
     SAMPLED_SLOWLY = (
@@ -475,6 +488,7 @@ class Code(StrEnum):
 CASES: Mapping[tuple[Code, str], Severity] = {
     (Code.HELD_SAMPLES, "slow"): "doubt", (Code.RECORDING_LEFT_OUT, "failed"): "doubt",
     (Code.RECORDING_LEFT_OUT, "rejected"): "doubt", (Code.RECORDING_LEFT_OUT, "other_model"): "doubt",
+    (Code.MOTOR_CURRENT, "poor"): "doubt",
 }  # fmt: skip
 """Severities of single cases of a code, where they are worse than the code's."""
 NOT_SI = (Code.POSITION_NOT_SI, Code.EFFORT_NOT_SI)

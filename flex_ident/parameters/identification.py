@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flex_ident.errors import DataError
 from flex_ident.notices import Notice
 from flex_ident.parameters.covariance import Covariance
+from flex_ident.parameters.friction_curve import FrictionCurve
 from flex_ident.parameters.joint_model import JointModel
 from flex_ident.parameters.parameter import Parameter
 from flex_ident.recording.recording import Floats
@@ -97,6 +98,8 @@ class Identification:
     cutoff_sweep: CutoffSweep | None = None
     covariance: Covariance | None = None
     """How the parameters that the data determine are uncertain together; None where the method does not say."""
+    friction_curve: FrictionCurve | None = None
+    """Friction over speed, of a rigid joint."""
 
     def parameter(self, key: str) -> Parameter:
         """The parameter of that key. Raises DataError when the result has none."""

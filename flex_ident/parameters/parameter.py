@@ -27,7 +27,7 @@ FAR_MODE = "far_mode"
 """Measurement key that is no term of the simulation: the share of the link's inertia behind a mode above the band, of
 which `FitProblem.terms` makes a second mass."""
 MEASUREMENT_UNITS = {
-    "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "link_scale": "", "far_mode": "",
+    "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "link_scale": "", "link_drift": "", "far_mode": "",
     "torque_averaging": "sample^2",
     "initial_deflection": "rad", "initial_velocity": "rad/s", "effort_lag": "s", "reversal_speed": "rad/s",
     "presliding": "rad", "reversal_lead": "s", "gravity_removed": "",

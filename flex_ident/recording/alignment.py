@@ -171,6 +171,7 @@ def aligned_recording(
         motor_torque=values["motor_torque"],
         link_position=values.get("link_position"),
         reference=values.get("reference"),
+        motor_current=values.get("motor_current"),
         measured=measured,
         sampling=sampling_of(signals),
         notices=tuple(collected),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from flex_ident.errors import SignalError
 from flex_ident.notices import Code, Notice
 from flex_ident.recording.cleaning import cleaned_signal, measurable
+from flex_ident.recording.drift import without_drift
 from flex_ident.recording.instants import rough_period
-from flex_ident.recording.recording import FASTEST_HZ, Floats, Role, Signal, spacing_text
+from flex_ident.recording.raw import RawSignal as RawSignal
+from flex_ident.recording.recording import FASTEST_HZ, Role, Signal, spacing_text
 from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
 
 OTHER_CLOCK = 1_000_000_000
@@ -22,19 +24,6 @@ INCREASING = 0.5
 """Share of steps that must be positive for stamps to be a clock."""
 UNSTAMPED = 0.01
 """Share of messages that may lack a stamp before stamps are given up."""
-
-
-@dataclass(frozen=True)
-class RawSignal:
-    """One number of each message as it lies in the bag: receive times (k,) and stamps (k,), ns, and values (k,).
-
-    A stamp that is not set is 0. `source` says where it was found.
-    """
-
-    source: str
-    received: NDArray[np.int64]
-    stamps: NDArray[np.int64]
-    values: Floats
 
 
 def usable_stamps(stamps: NDArray[np.int64]) -> bool:
@@ -66,6 +55,7 @@ def signals_of(
         raise SignalError(f"{raw['motor_position'].source} holds no messages: name another signal.")
     notices: list[Notice] = []
     raw = {role: _without_clock_steps(own, notices) for role, own in raw.items()}
+    steady = not notices  # what is left of a step that was taken back is no drift
     motor = raw["motor_position"]
     headed = usable_stamps(motor.stamps)
     latency = _latency(motor) if headed else 0
@@ -76,6 +66,8 @@ def signals_of(
             continue
         stamped = headed and usable_stamps(own.stamps)
         if stamped:
+            own, drifted = without_drift(own, motor) if steady else (own, [])
+            notices += [n for n in drifted if n not in notices]
             apart = _latency(own) - latency
             shift = apart if abs(apart) > OTHER_CLOCK else 0
             tick = tick_ns(own.stamps[own.stamps != 0])

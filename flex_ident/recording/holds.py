@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flex_ident.recording.instants import evened
 from flex_ident.recording.noise import resolution, runs_of_equal, without_rounding
 from flex_ident.recording.recording import Floats
 
@@ -31,6 +34,10 @@ NOISY, NOISIEST = 0.6, 0.9
 """Share of the second differences that change sign from which a signal has noise, where it has most of it."""
 ROUGHER = 3.0
 """Size of a second difference, in steps of the resolution, from which it is no rounding."""
+WAITING = 0.05
+"""Differences in the time that values wait for their message, in periods, from which they are worth correcting."""
+SOONEST = 0.01
+"""Quantile of that time at which a value waits for none."""
 DISTINCT = 0.5
 """Share of the samples with a value of their own from which a signal is not quantised."""
 
@@ -77,6 +84,36 @@ def fresh(values: Floats, per_update: float) -> NDArray[np.bool_]:
     every = int(np.ceil(per_update - HELD))
     kept: NDArray[np.bool_] = since % max(1, every) == 0
     return kept
+
+
+def measured_at(time: Floats, period: float, values: Sequence[Floats]) -> Floats:
+    """The instants (n,) at which held values were measured, where `time` (n,) is that of the first message of each.
+
+    Measured every `period`, s, roughly. With a ratio of rates that is not whole, a value waits for its message between
+    none and a whole message's time, the soonest for none; or it is measured with its message, and some messages get
+    none. Those instants are taken in which the signals' `values` (n,) run more smoothly.
+    """
+    even = evened(time, period)
+    age = time - even
+    if not float(np.ptp(age)) > WAITING * period:
+        return time
+    at: Floats = even + float(np.quantile(age, SOONEST))
+    smoother = sum(math.log(max(_unevenness(at, v), 1e-300) / max(_unevenness(time, v), 1e-300)) for v in values)
+    return at if smoother < 0.0 else time
+
+
+def _unevenness(time: Floats, values: Floats) -> float:
+    """Mean size of the differences between values and the cubics through two neighbours on either side."""
+    size = time.size - 4
+    at, near = time[2:-2], [time[i : i + size] for i in (0, 1, 3, 4)]
+    due = np.zeros(size)
+    for i, index in enumerate((0, 1, 3, 4)):
+        weight = np.ones(size)
+        for j, other in enumerate(near):
+            if j != i:
+                weight *= (at - other) / (near[i] - other)
+        due += weight * values[index : index + size]
+    return float(np.mean(np.abs(values[2:-2] - due)))
 
 
 @dataclass(frozen=True)

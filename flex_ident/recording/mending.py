@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.notices import Code, Notice
-from flex_ident.recording.holds import Freeze, freezes, fresh, samples_per_update
+from flex_ident.recording.holds import Freeze, freezes, fresh, measured_at, samples_per_update
 from flex_ident.recording.instants import rough_period
 from flex_ident.recording.outliers import put_in_between, spikes
 from flex_ident.recording.recording import SLOW_HZ, Floats, Role, Signal
@@ -21,6 +21,8 @@ from flex_ident.recording.seams import continued
 
 MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
 POSITIONS: tuple[Role, ...] = ("motor_position", "link_position")
+ALIKE = 0.1
+"""Difference of two signals' samples to an update, of those, up to which they are measured together."""
 MANY = 0.2
 """Share of the messages from which a constant in between comes from a second publisher."""
 
@@ -33,11 +35,9 @@ def mended_signals(
     `factors` are what positions were multiplied by: they say how large a turn of the encoder is.
     """
     notices: list[Notice] = []
+    whole = [_without_constants(s, notices) if s.role in MEASURED else s for s in signals]
     found: dict[Role, Signal] = {}
-    for signal in signals:
-        own = signal
-        if own.role in MEASURED:
-            own = _without_repeats(_without_constants(own, notices), notices)
+    for own in _without_repeats(whole, notices):
         if own.role in POSITIONS:
             own = _without_seams(own, 2.0 * math.pi * (factors or {}).get(own.role, 1.0), notices)
         if own.role in MEASURED:
@@ -66,7 +66,7 @@ def _without_constants(signal: Signal, notices: list[Notice]) -> Signal:
 
 def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
     total = signal.values.size
-    lone = spikes(signal.values)
+    lone = spikes(signal.values, signal.role)
     count = int(np.count_nonzero(lone))
     if count:
         notices.append(Notice(Code.SPIKES, signal.source, {"count": count, "total": total}))
@@ -76,6 +76,13 @@ def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
 
 def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal:
     jumps = continued(signal.time, signal.values, turn)
+    if jumps.count:  # a spike that is two samples long is two jumps
+        said: list[Notice] = []
+        without = _without_spikes(signal, said)
+        others = continued(without.time, without.values, turn)
+        if said and not (jumps.seam and others.count):
+            notices += said
+            signal, jumps = without, others
     if not jumps.count:
         return signal
     if jumps.seam:
@@ -103,14 +110,30 @@ def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Si
     return _kept(torque, kept)
 
 
-def _without_repeats(signal: Signal, notices: list[Notice]) -> Signal:
-    ratio = samples_per_update(signal.values)
-    if ratio <= 1.0:
-        return signal
-    kept = fresh(signal.values, ratio)
-    rate = 1.0 / rough_period(signal.time)
-    count = int(np.count_nonzero(~kept))
-    sizes = {"stamped_hz": rate, "measured_hz": rate / ratio, "count": count, "total": kept.size}
-    case = "slow" if rate / ratio < SLOW_HZ else "fast"
-    notices.append(Notice(Code.HELD_SAMPLES, signal.source, sizes, {"case": case}))
-    return _kept(signal, kept)
+def _without_repeats(signals: list[Signal], notices: list[Notice]) -> list[Signal]:
+    """Signals without samples that repeat others; what was measured together is told by what changes most."""
+    ratios = {s.role: samples_per_update(s.values) if s.role in MEASURED else 1.0 for s in signals}
+    anew = {s.role: fresh(s.values, ratios[s.role]) for s in signals if ratios[s.role] > 1.0}
+    found = []
+    for signal in signals:
+        if signal.role not in anew:
+            found.append(signal)
+            continue
+        ratio = ratios[signal.role]
+        together = [s for s in signals if s.role in anew and _held_alike(s, signal, ratios)]
+        best = max(together, key=lambda s: int(np.count_nonzero(np.diff(s.values))))
+        kept = anew[best.role]
+        rate, count = 1.0 / rough_period(signal.time), int(np.count_nonzero(~kept))
+        sizes = {"stamped_hz": rate, "measured_hz": rate / ratio, "count": count, "total": kept.size}
+        case = "slow" if rate / ratio < SLOW_HZ else "fast"
+        notices.append(Notice(Code.HELD_SAMPLES, signal.source, sizes, {"case": case}))
+        own = _kept(signal, kept)
+        values = [other.values[kept] for other in together]
+        found.append(replace(own, time=measured_at(own.time, ratio / rate, values)))
+    return found
+
+
+def _held_alike(one: Signal, other: Signal, ratios: Mapping[Role, float]) -> bool:
+    """Whether two signals are measured together: sampled at the same times, and held as long."""
+    alike = abs(ratios[one.role] - ratios[other.role]) < ALIKE * ratios[other.role]
+    return alike and one.time.size == other.time.size and bool(np.array_equal(one.time, other.time))

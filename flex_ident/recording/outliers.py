@@ -20,8 +20,11 @@ LEAST_OF_ZEROS, LEAST_OF_OTHERS = 0.02, 0.5
 """Share of the places where a constant stands at which it must lie off its neighbours."""
 SPIKE_ROUGH, CHANGES = 20.0, 4.0
 """The same for a spike, which has nothing but its size against it, in the roughness around it and usual changes."""
-SPIKE_SHARE = 0.5
-"""How far a spike must lie off its neighbours, in the range of nearly all values."""
+SPIKE_SHARE, POSITION_SHARE = 0.5, 0.02
+"""How far a spike must lie off its neighbours, in the range of nearly all values: a position cannot jump, a torque can.
+With a quarter, the feedforward of a computed torque under steps passed for spikes (`bench/plants`, 1 of 70)."""
+LONGEST_SPIKE = 3
+"""Samples in a row up to which values far off to the same side are spikes."""
 NEARLY_ALL = (0.01, 0.99)
 MOST_SPIKES = 0.02
 """Share of the samples from which what stands out is no spike but the signal."""
@@ -87,17 +90,34 @@ def _scatter(values: Floats) -> Floats:
     return near
 
 
-def spikes(values: Floats) -> NDArray[np.bool_]:
-    """Which (n,) values lie far off both neighbours, to the same side, by a good part of the signal's whole range."""
+def spikes(values: Floats, role: str = "motor_torque") -> NDArray[np.bool_]:
+    """Which (n,) values lie far off both neighbours, to the same side, alone or a few in a row."""
     found = np.zeros(values.size, bool)
     if values.size < FEWEST:
         return found
-    off, enough = _excursions(values)
     low, high = np.quantile(values, NEARLY_ALL)
-    enough = np.maximum(enough, SPIKE_SHARE * (high - low))
-    found[1:-1] = off > enough
+    rough, usual = roughness(values), usual_change(values)
+    # Where a signal rests it may be smooth; what moves next is no spike for that.
+    enough = SPIKE_ROUGH * np.maximum(rough, float(np.median(rough))) + CHANGES * usual
+    for length in range(1, LONGEST_SPIKE + 1):
+        share = SPIKE_SHARE if role == "motor_torque" else POSITION_SHARE
+        found |= _far_runs(values, np.maximum(enough, share * (high - low)), length)
     if np.count_nonzero(found) > MOST_SPIKES * values.size:
         found[:] = False
+    return found
+
+
+def _far_runs(values: Floats, enough: Floats, length: int) -> NDArray[np.bool_]:
+    """Which (n,) values are of `length` in a row that all lie off the values before and behind them by `enough`."""
+    n = values.size
+    found = np.zeros(n, bool)
+    before, behind = values[: n - length - 1], values[length + 1 :]
+    inner = [values[1 + i : n - length + i] for i in range(length)]
+    top, bottom = np.maximum(before, behind), np.minimum(before, behind)
+    off = np.maximum(np.minimum.reduce(inner) - top, bottom - np.maximum.reduce(inner))
+    starts = 1 + np.flatnonzero(off > enough[1 : n - length])
+    for i in range(length):
+        found[starts + i] = True
     return found
 
 

@@ -18,7 +18,7 @@ SHORT_S, SLOW_HZ = 10.0, 100.0
 FASTEST_HZ = 1e5
 """Rate above which times are no clock: nothing that samples a joint is that fast."""
 Floats = NDArray[np.float64]
-Role = Literal["motor_position", "link_position", "motor_torque", "reference"]
+Role = Literal["motor_position", "link_position", "motor_torque", "reference", "motor_current"]
 
 
 def read_only(values: object, *, name: str, length: int | None = None) -> Floats:
@@ -94,6 +94,8 @@ class Recording:
     motor_torque: Floats
     link_position: Floats | None = None
     reference: Floats | None = None
+    motor_current: Floats | None = None
+    """The motor's current, A, where the effort is a torque sensor's."""
     measured: NDArray[np.bool_] | None = None
     sampling: tuple[Sampling, ...] = ()
     notices: tuple[Notice, ...] = ()
@@ -108,7 +110,7 @@ class Recording:
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise SignalError(f"sampling rate is {self.sample_rate_hz} Hz: it must be positive.")
         n = np.asarray(self.motor_position).size
-        for name in ("motor_position", "motor_torque", "link_position", "reference"):
+        for name in ("motor_position", "motor_torque", "link_position", "reference", "motor_current"):
             values = getattr(self, name)
             if values is not None:
                 object.__setattr__(self, name, read_only(values, name=name, length=n))

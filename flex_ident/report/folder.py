@@ -22,7 +22,7 @@ from flex_ident.recording import Recording
 REPORT, GAP_REPORT = "report.html", "gap_report.html"
 """The page of the only result in a folder, and that of `explain_gap` beside the one of `identify_bag`."""
 MODELS = ("parameters.yaml", "model.yaml")
-PLOTS = ("signals.png", "torque.png", "frequency_response.png", "cutoff_sweep.png")
+PLOTS = ("signals.png", "torque.png", "frequency_response.png", "cutoff_sweep.png", "friction.png")
 GAP_PLOTS = ("gap_steps.png", "gap_where.png", "gap_torque.png")
 IDENTIFICATION = ("result.json", *PLOTS)
 EXPLANATION = ("gap.json", GAP_REPORT, *GAP_PLOTS)

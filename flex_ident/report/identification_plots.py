@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.errors import FlexIdentError
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import CutoffSweep, FrequencyResponse, Identification, TorqueCurves
-from flex_ident.parameters.current import is_current, unit_in_amperes
-from flex_ident.parameters.prismatic import slides, unit_in_metres
 from flex_ident.recording import Recording
 from flex_ident.report.figures import (
     LINK,
@@ -24,26 +20,11 @@ from flex_ident.report.figures import (
     styled_figure,
     thinned,
 )
+from flex_ident.report.friction import friction_plot, law_of
+from flex_ident.report.units import Words, as_they_are, words_of
 
 WINDOW_CYCLES_S = 3.0
 """Length of the close-up in Figure 2, s."""
-
-
-Words = Callable[[str], str]
-"""What puts a text with units into those of the joint."""
-
-
-def as_they_are(text: str) -> str:
-    """The texts of a revolute joint."""
-    return text
-
-
-def words_of(result: Identification) -> Words:
-    """What puts a label into the units of a result."""
-    metres: Words = unit_in_metres if slides(result) else as_they_are
-    if not is_current(result.notices):
-        return metres
-    return lambda text: unit_in_amperes(metres(text)).replace("torque, A", "effort, A")
 
 
 def signals_plot(recording: Recording, words: Words = as_they_are) -> bytes:
@@ -189,4 +170,6 @@ def identification_figures(result: Identification, recording: Recording) -> dict
         figures["torque"] = torque_plot(result.curves, fitted_rows(result, recording), words)
     if result.cutoff_sweep is not None and result.filter is not None:
         figures["cutoff_sweep"] = cutoff_sweep_plot(result.cutoff_sweep, result.filter.cutoff_rad_s)
+    if result.friction_curve is not None:
+        figures["friction"] = friction_plot(result.friction_curve, law_of(result), words)
     return figures

@@ -11,6 +11,7 @@ from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
 from flex_ident.report.advice import first_thing, other_things
 from flex_ident.report.figures import embedded
+from flex_ident.report.friction import friction_section
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
 from flex_ident.report.table import delay_text, meaning_of, parameter_row, rounded
 
@@ -36,6 +37,7 @@ def report_html(result: Identification, recording: Recording, figures: Mapping[s
         *_combined(result),
         _torque(result, figures),
         *_response(result, figures),
+        *friction_section(result, _image(figures, "friction", "friction over speed")),
         *_sweep(result, figures),
         _recorded(result, recording, figures),
     ]

@@ -10,7 +10,9 @@ from flex_ident import __version__
 from flex_ident.parameters import Covariance, Identification, Parameter
 from flex_ident.recording import Recording
 from flex_ident.report import schemas
+from flex_ident.report.answers import answer_content
 from flex_ident.report.sentences import warning_content
+from flex_ident.report.units import words_of
 
 
 def finite(value: float) -> float | None:
@@ -65,6 +67,7 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "duration_s": float(recording.time[-1]) if recording.time.size else 0.0,
             "sample_rate_hz": recording.sample_rate_hz, "channels": sampling_content(recording),
         },
+        "answers": answer_content(result, recording),
         "warnings": [warning_content(n) for n in result.notices],
     }  # fmt: skip
     if result.covariance is not None:
@@ -82,12 +85,24 @@ def result_content(result: Identification, recording: Recording) -> dict[str, An
             "values": {k: [finite(x) for x in v] for k, v in sweep.values.items()},
             "stds": {k: [finite(x) for x in v] for k, v in sweep.stds.items()},
         }
+    if result.friction_curve is not None:
+        curve = result.friction_curve
+        content["friction_curve"] = {
+            "speed": curve.speed.tolist(), "friction": curve.friction.tolist(), "std": curve.std.tolist(),
+            "ci95": [curve.lower.tolist(), curve.upper.tolist()], **friction_units(result),
+        }  # fmt: skip
     return content
 
 
 def covariance_content(covariance: Covariance) -> dict[str, Any]:
     """Keys and matrix of a covariance; what the data leave open is not in it."""
     return {"keys": list(covariance.keys), "matrix": covariance.matrix.tolist()}
+
+
+def friction_units(result: Identification) -> dict[str, str]:
+    """Units of a friction curve's speed and friction."""
+    words = words_of(result)
+    return {"speed_unit": words("rad/s"), "friction_unit": words("N m")}
 
 
 def numbers(values: Mapping[str, float]) -> dict[str, float | None]:

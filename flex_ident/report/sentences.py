@@ -15,6 +15,7 @@ from flex_ident.report.worded import (
     base_not_determined,
     below_a_sample,
     chain_at_its_end,
+    clock_drift,
     clock_stepped,
     effort_frozen,
     isolated,
@@ -116,6 +117,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{count:.0f} of {total:.0f} messages of {subject} repeat the stamp before them: one of each was kept, which "
         "lowers the rate. Stamp each message when it is measured."
     ),
+    Code.CLOCK_DRIFT: clock_drift,
     Code.DIFFERENT_CLOCKS: (
         "stamps of {subject} come from a clock {off_s:.6g} s off: brought to the motor position's by the usual time "
         "from stamp to reception."
@@ -205,6 +207,16 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "give N m per ampere with --effort-scale."
         ),
     },
+    Code.MOTOR_CURRENT: {
+        "well": (
+            "Jm, FVm and FSm are from the motor's current, with a torque constant of {torque_constant:.4g} ± {std:.2g} "
+            "N m/A on the link side, one standard deviation: {left_percent:.1f} % of the current are left."
+        ),
+        "poor": (
+            "Jm, FVm and FSm are from the motor's current, and leave {left_percent:.0f} % of it unexplained (torque "
+            "constant {torque_constant:.4g} ± {std:.2g} N m/A): is it the current of this motor?"
+        ),
+    },
     Code.EFFORT_COMMANDED: "the effort was taken as what the drive was asked for, as you say.",
     Code.EFFORT_KIND_UNCLEAR: (
         "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
@@ -243,10 +255,16 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "no resonance lies in the excited band, up to {band_hz:.3g} Hz: sweep to higher frequencies for the spring, or "
         "use --rigid."
     ),
-    Code.MODE_OUTSIDE_BAND: (
-        "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies above the excited band, {band_hz:.3g} Hz: sweep "
-        "beyond it."
-    ),
+    Code.MODE_OUTSIDE_BAND: {
+        "": (
+            "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies above the excited band, {band_hz:.3g} Hz: "
+            "sweep beyond it."
+        ),
+        "end": (
+            "the locked-motor frequency, {locked_motor_hz:.3g} Hz, lies at the end of the excited band, {band_hz:.3g} "
+            "Hz, and no resonance is seen: sweep beyond it."
+        ),
+    },
     Code.SAMPLED_SLOWLY: (
         "{rate_hz:.4g} Hz is slow for a locked-motor frequency of {locked_motor_hz:.3g} Hz: commands held that long "
         "fold back onto it. Command and record at {wanted_hz:.0f} Hz or more."

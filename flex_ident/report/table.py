@@ -15,7 +15,7 @@ MEANING = {
     "FSm": "motor Coulomb friction", "FV": "link viscous friction", "FS": "link Coulomb friction",
     "MX": "first moment, x", "MY": "first moment, y", "offset": "constant motor torque", "J": "inertia",
     "torque_delay": "torque recorded late by", "link_skew": "link position late by", "link_zero": "link encoder's zero",
-    "link_scale": "link encoder's scale error",
+    "link_scale": "link encoder's scale error", "link_drift": "link encoder's clock fast by",
     "torque_averaging": "torque averaging",
 }  # fmt: skip
 

@@ -36,6 +36,7 @@ CHAIN = {
     "torque_delay": "the delay of the torque", "torque_averaging": "the averaging of the torque within a sample",
     "effort_lag": "the low-pass in the effort", "reversal_lead": "the time by which friction turns over early",
     "link_skew": "the skew of the link encoder", "link_scale": "the scale error of the link encoder",
+    "link_drift": "the drift of the link encoder's clock",
 }  # fmt: skip
 
 
@@ -65,6 +66,15 @@ def below_a_sample(what: str) -> Mapping[str, Template]:
         "within": start + "less than a sample: measurement, corrected for, not a finding.",
         "at_limit": start + "the most that counts as measurement: it may be larger, or stand in for something else.",
     }
+
+
+def clock_drift(n: Notice) -> str:
+    ppm, std, total = (n.numbers[k] for k in ("ppm", "std_ppm", "total_ms"))
+    how = "by what fits best" if n.case == "fitted" else "by the times of reception"
+    return (
+        f"the clock of {n.subject} runs {abs(ppm):.3g} ± {2.0 * std:.2g} ppm {'fast' if ppm > 0.0 else 'slow'} against "
+        f"the motor position's, {abs(total):.2g} ms over the recording: taken out {how}."
+    )
 
 
 def jumped_back(n: Notice) -> str:

@@ -99,6 +99,9 @@ class Term(IntEnum):
     LINK_SCALE = "measurement", False
     """By how much the link encoder reads too far, over what it reads: its scale, or an eccentric disk, locally."""
 
+    LINK_DRIFT = "measurement", False
+    """By how much the clock of the link encoder runs fast against the motor's, s/s; zero in the middle."""
+
     @property
     def moves_link(self) -> bool:
         """Whether the link's motion depends on it: without a simulation its sensitivity would be wrong."""
@@ -142,6 +145,7 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "link_skew": (Term.LINK_SKEW, 1.0),
     "link_zero": (Term.LINK_ZERO, 1.0),
     "link_scale": (Term.LINK_SCALE, 1.0),
+    "link_drift": (Term.LINK_DRIFT, 1.0),
     "initial_deflection": (Term.INITIAL_DEFLECTION, 1.0),
     "initial_velocity": (Term.INITIAL_VELOCITY, 1.0),
     "reversal_speed": (Term.REVERSAL_SPEED, 1.0),

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.likelihood.nuisances import measurement_priors, model_priors
+from flex_ident.likelihood.nuisances import has_own_clock, measurement_priors, model_priors
 from flex_ident.likelihood.problem import FitProblem, terms_of
+from flex_ident.recording import Recording, Sampling
+from flex_ident.recording.recording import Role
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
@@ -84,3 +86,16 @@ def test_an_effect_brings_its_own_priors_and_takes_its_nuisance_over(problems: d
         assert bool(own) == (effect.priors is not None), name
         taken |= plain - set(priors)
     assert taken == {"torque_delay", "link_skew", "far_mode"}
+
+
+def sampled(role: Role, topic: str) -> Sampling:
+    return Sampling(role, f"{topic}:joint.position", "header", 100, 500.0, 0.0, 0.0, 0.002, 0.0)
+
+
+def test_a_link_encoder_in_other_messages_may_have_a_clock_of_its_own() -> None:
+    still = np.zeros(100)
+    apart = (sampled("motor_position", "/joint_states"), sampled("link_position", "/link_joint_states"))
+    together = (sampled("motor_position", "/joint_states"), sampled("link_position", "/joint_states"))
+    assert has_own_clock(Recording("joint", 500.0, still, still, still, sampling=apart))
+    assert not has_own_clock(Recording("joint", 500.0, still, still, still, sampling=together))
+    assert not has_own_clock(Recording("joint", 500.0, still, still, still))

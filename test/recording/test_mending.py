@@ -240,3 +240,33 @@ def test_an_effort_that_a_protective_stop_freezes_at_rest_is_left_out() -> None:
     found, notices = mended_signals(given)
     assert codes(notices) == ["effort_frozen"]
     assert of(found, "motor_torque").time[-1] < 8.01
+
+
+@pytest.mark.parametrize("ratio", [1.25, 4.0 / 3.0, 1.7, 2.5])
+def test_values_that_waited_for_their_message_are_put_back(ratio: float) -> None:
+    """A driver that measures by a clock of its own: each message holds its last value, up to a message's time old."""
+    clean = signals(500.0, noise=0.05)
+    at = np.arange(clean[0].time.size, dtype=np.float64)
+    measured = np.floor(at / ratio + 1e-9) * ratio
+    given = [replace(s, values=np.interp(measured, at, s.values)) for s in clean]
+    found, notices = mended_signals(given)
+    assert codes(notices) == ["held_samples"] * 3
+    for before, after in zip(clean, found, strict=True):
+        inside = (after.time > 2.0) & (after.time < 10.0)
+        due = np.interp(after.time[inside], before.time, before.values)
+        scale = float(np.ptp(before.values))
+        assert float(np.std(after.values[inside] - due)) < 0.005 * scale
+
+
+@pytest.mark.parametrize("role", ["motor_position", "link_position"])
+@pytest.mark.parametrize("size", [0.3, 3.0, 100.0])
+def test_small_spikes_and_pairs_of_them_in_a_position_are_left_out(role: Role, size: float) -> None:
+    random = np.random.default_rng(3)
+    given = signals(500.0)
+    values = of(given, role).values.copy()
+    hit = random.choice(np.arange(20, values.size - 20, 7), 12, replace=False)
+    hit = np.concatenate((hit, hit[:4] + 1))
+    values[hit] += size * np.ptp(values) * random.uniform(0.6, 1.4, 16)
+    found, notices = mended_signals(with_values(given, role, values))
+    assert codes(notices) == ["spikes"]
+    assert not np.isin(of(given, role).time[hit], of(found, role).time).any()
