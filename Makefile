@@ -9,6 +9,9 @@ ROS_PACKAGES := $(if $(ROS_SOURCED),,"ros-jazzy-rclpy[fastrtps]" ros-jazzy-commo
 CONSTRAINTS ?=
 
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
+# Two test processes on two cores: BLAS threads of their own only get in each other's way.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test test-core test-campaign lint clean
 .DEFAULT_GOAL := test
