@@ -90,6 +90,7 @@ def answer(recorded: Any, sensors: str, effort: str) -> Line:
     error = getattr(result.fit, "relative_error_percent", None)
     return {
         "verdict": str(result.verdict), "parameters": parameters,
+        "nuisances": {p.key: p.value for p in result.measurement},
         "notices": [str(n.code) for n in result.notices],
         "relative_error_percent": None if error is None else float(error),
     }  # fmt: skip

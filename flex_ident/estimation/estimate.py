@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flex_ident.errors import ExcitationError, UsageError
-from flex_ident.estimation.effort_kind import KindFit, resolved
+from flex_ident.estimation.effort_kind import resolved
+from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
 from flex_ident.estimation.strain import material, strained_factor
 from flex_ident.estimation.thresholds import (

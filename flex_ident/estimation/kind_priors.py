@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.effects import key_named
+from flex_ident.estimation.thresholds import STEEL, WIDEST_M
 from flex_ident.likelihood.fit import Prior
 from flex_ident.likelihood.nuisances import LATE_SAMPLES, model_priors
 from flex_ident.likelihood.problem import FitProblem
@@ -37,6 +38,16 @@ def friction_priors(problem: FitProblem) -> dict[str, Prior]:
     torque, speed = float(np.std(problem.torque)), float(np.std(problem.motion.velocity)) or 1.0
     sizes = zip(friction_keys(rigid=problem.rigid), (torque / speed, torque), strict=True)
     return {key: Prior(0.0, size, -math.inf, math.inf) for key, size in sizes}
+
+
+def largest_moment(inertia: float) -> float:
+    """The largest first moment, kg m, that a body can have whose inertia about the joint is that, kg m^2.
+
+    A cylinder of mass m at distance l, its axis along the joint's, has the inertia m l^2 + m^2 / (2 pi rho h); the
+    product m l is largest where the second part is a third of the whole.
+    """
+    mass = math.sqrt(2.0 * math.pi * STEEL * WIDEST_M * inertia / 3.0)
+    return math.sqrt(2.0 / 3.0 * inertia * mass)
 
 
 def base_priors(

@@ -11,10 +11,11 @@ from flex_ident.estimation.thresholds import IDLE_STRAIN, STRAIN, STRAIN_MOVES
 from flex_ident.judgement.rules import ESSENTIAL
 from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.thresholds import PHYSICAL_LEAD_S
 from flex_ident.screening.scoring import following_of
 
-PHYSICAL = {"torque_averaging": 1.0 / 24.0}
-"""What a measurement chain makes at most, where that is known: a mean or a hold over a period."""
+PHYSICAL = {"torque_averaging": 1.0 / 24.0, "reversal_lead": PHYSICAL_LEAD_S}
+"""What is there at most, where that is known: a mean or a hold of the torque over a period, friction that leads."""
 
 
 def material(fit: Fit, ends: Sequence[str], known: Uncertainty) -> tuple[str, ...]:

@@ -21,10 +21,13 @@ to first order, and its own rounding as well; the motor alone to second order, w
 it is asked for."""
 SEEN = 4.0
 """Standard deviations from which gravity is seen in the mode."""
-PENDULUM_M = 0.1
-"""Length of the simple pendulum that swings as the link does, JL over its first moment: one standard deviation of the
-first moment over JL is the inverse of it. No link's is shorter than twice its radius of gyration, which for what robots
-move is seldom under 5 cm. Without a bound a spring can pass for an absurd weight."""
+STEEL, WIDEST_M = 7850.0, 1.0
+"""Density, kg/m^3, and length along the joint's axis, of the body that has the largest first moment for its inertia: a
+solid cylinder of steel. Half of its moment is one standard deviation of what a link may have. Without a bound a spring
+can pass for an absurd weight: 80 kg m at 2 kg m^2, where a cobot's is 7 and the cylinder's 15."""
+SHOWN = 0.1
+"""First moment in the effort, over a usual one of that inertia, from which it is gravity's own: 0.17 to 0.8 for joints
+of `bench/coverage.py` (seed 61), 0.013 and 0.02 where the controller adds gravity (two wide motions of seed 62)."""
 UNSEEN_SHARE = 0.03
 """Share of the link's inertia whose swinging at 1.2 bands, as a tenth at 2.2 bands, nobody would have noticed."""
 STRAIN = 4.0

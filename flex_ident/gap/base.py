@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flex_ident.estimation.effort_kind import KindFit, resolved
+from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
+from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.options import GapOptions

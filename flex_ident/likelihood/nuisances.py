@@ -14,6 +14,7 @@ from flex_ident.likelihood.thresholds import (
     LARGEST_FAR_SHARE,
     LEAST_FAR_SHARE,
     PHYSICAL_AVERAGING,
+    PHYSICAL_LEAD_S,
 )
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import FAR_MODE
@@ -99,6 +100,8 @@ CHAIN = (
     "far_mode",
 )
 """Nuisances that have an end beyond which there is something else."""
+PHYSICAL_ENDS = {"torque_averaging": PHYSICAL_AVERAGING, "reversal_lead": PHYSICAL_LEAD_S}
+"""Ends that physics sets, within what a fit may try."""
 
 
 def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[str, ...]:
@@ -113,7 +116,7 @@ def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[
             continue
         value, prior = values[key], priors[key]
         end = prior.upper if value > 0.0 or prior.lower == 0.0 else -prior.lower
-        end = PHYSICAL_AVERAGING if key == "torque_averaging" else AT_ITS_END * end
+        end = PHYSICAL_ENDS.get(key, AT_ITS_END * end)
         if abs(value) >= end:
             found.append(key)
     return tuple(found)

@@ -41,6 +41,12 @@ CHAIN = {
 
 
 def chain_at_its_end(n: Notice) -> str:
+    if n.subject == "reversal_lead":
+        return (
+            f"friction turns over {1e3 * n.numbers['value']:.3g} ms before the motion does (reversal_lead), more than "
+            "any drive shows: the motor sticks between its moves, and its friction is not told from its inertia. Move "
+            "with a larger amplitude, or with a chirp rather than steps."
+        )
     return (
         f"{CHAIN.get(n.subject, n.subject)} ({n.subject}) is estimated at {n.numbers['value']:.3g}, the end of what it "
         "can be: it stands in for something else, such as torque from above half the sampling rate that folds back. "

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.likelihood.nuisances import has_own_clock, measurement_priors, model_priors
+from flex_ident.likelihood.nuisances import has_own_clock, measurement_priors, model_priors, strained
 from flex_ident.likelihood.problem import FitProblem, terms_of
+from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Recording, Sampling
 from flex_ident.recording.recording import Role
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
@@ -99,3 +100,10 @@ def test_a_link_encoder_in_other_messages_may_have_a_clock_of_its_own() -> None:
     assert has_own_clock(Recording("joint", 500.0, still, still, still, sampling=apart))
     assert not has_own_clock(Recording("joint", 500.0, still, still, still, sampling=together))
     assert not has_own_clock(Recording("joint", 500.0, still, still, still))
+
+
+def test_friction_that_turns_over_earlier_than_any_is_strained() -> None:
+    priors = {"reversal_lead": Prior(0.0, 3e-3, -0.03, 0.03), "torque_delay": Prior(0.0, 1e-3, -3e-3, 3e-3)}
+    assert strained({"reversal_lead": 0.02, "torque_delay": 0.0}, priors) == ("reversal_lead",)
+    assert strained({"reversal_lead": -0.02, "torque_delay": 0.0}, priors) == ("reversal_lead",)
+    assert strained({"reversal_lead": 0.01, "torque_delay": 0.0}, priors) == ()

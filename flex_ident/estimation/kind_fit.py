@@ -1,0 +1,138 @@
+"""The fit under one kind of effort, and how far a kind that the recording cannot tell from it would move the joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flex_ident.estimation.kind_priors import friction_keys, kept_priors
+from flex_ident.judgement.rules import ESSENTIAL
+from flex_ident.judgement.thresholds import WEAK_PERCENT
+from flex_ident.likelihood.covariance import Uncertainty
+from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Notice
+from flex_ident.parameters import UNITS, Parameter
+from flex_ident.parameters.effort_kinds import (
+    FRICTION_COMPENSATED,
+    GRAVITY_COMPENSATED,
+    JOINT_SENSOR,
+    MOTOR_KEYS,
+    REVERSAL_KEYS,
+    EffortKind,
+)  # fmt: skip
+from flex_ident.recording import Floats
+from flex_ident.simulation.terms import GRAVITY
+
+ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
+ROUNDS = ((12, 1e-4), (10, 1e-6))
+
+
+@dataclass(frozen=True)
+class KindFit:
+    """The fit under the kind of effort that holds, and what speaks for it.
+
+    `rival` (p,): by how much a fit under another kind differs that the recording cannot tell from this one, and `open`
+    (p, p) the covariance of that fit; None where there is none.
+    """
+
+    kind: EffortKind
+    solver: SteadyFit
+    fit: Fit
+    notices: tuple[Notice, ...] = ()
+    rival: Floats | None = None
+    open: Floats | None = None
+    unclear: bool = False
+    """Whether the rival leaves a parameter of the joint open beyond the interval that it has without it."""
+    matters: bool = False
+    """Whether the joint's parameters are poorly known for that."""
+
+    @property
+    def absent(self) -> tuple[Parameter, ...]:
+        """Parameters of which this kind of effort says nothing."""
+        keys: tuple[str, ...] = ()
+        if self.kind == JOINT_SENSOR and not self.fit.values.get("J"):
+            keys = MOTOR_KEYS
+        if self.kind == FRICTION_COMPENSATED:
+            keys = friction_keys(rigid="J" in self.fit.values)
+        return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in keys)
+
+    def refitted(self, solver: SteadyFit, fit: Fit) -> KindFit:
+        """The same kind, of a fit with other keys: a rival's difference follows the keys that both have."""
+        rival, covariance = self.rival, self.open
+        if rival is not None and covariance is not None and fit.free != self.fit.free:
+            both = [(i, self.fit.free.index(k)) for i, k in enumerate(fit.free) if k in self.fit.free]
+            here, there = ([pair[side] for pair in both] for side in (0, 1))
+            size, before = len(fit.free), (rival, covariance)
+            rival, covariance = np.zeros(size), np.zeros((size, size))
+            rival[here], covariance[np.ix_(here, here)] = before[0][there], before[1][np.ix_(there, there)]
+        return replace(self, solver=solver, fit=fit, rival=rival, open=covariance)
+
+    def weighed(self, uncertainty: Uncertainty) -> KindFit:
+        """The same, told the uncertainty that the fit has without its rival."""
+        if self.rival is None:
+            return self
+        assert self.open is not None
+        moved = zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
+        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in ESSENTIAL]
+        weak = any(
+            float(np.hypot(d, uncertainty.std(k))) > 0.01 * WEAK_PERCENT * abs(self.fit.values[k])
+            for k, d in zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
+            if k in ESSENTIAL
+        )
+        return replace(self, unclear=max(sizes, default=0.0) > 1.96, matters=weak)
+
+    def joined(self, uncertainty: Uncertainty) -> Uncertainty:
+        """The uncertainty joined with what the rival would move.
+
+        Of an effort less gravity also with what the controller's clock leaves open: gravity taken at a position that is
+        up to a sample older or newer than the torque looks like viscous friction of the motor.
+        """
+        if self.kind == GRAVITY_COMPENSATED and "FVm" in self.fit.free:
+            problem, at = self.solver.problem, self.fit.free.index("FVm")
+            slope = GRAVITY * gravity_slope(self.fit.values, float(np.mean(problem.motion.position)))
+            covariance = uncertainty.covariance.copy()
+            covariance[at, at] += (slope * problem.recording.sample_time) ** 2
+            uncertainty = replace(uncertainty, covariance=covariance)
+        if self.rival is None or self.open is None:
+            return uncertainty
+        joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
+        return replace(uncertainty, covariance=joined)
+
+
+def refitted(
+    problem: FitProblem,
+    solver: SteadyFit,
+    keys: Sequence[str],
+    start: Mapping[str, float],
+    *,
+    rough: bool = False,
+    moments: Mapping[str, Prior] | None = None,
+) -> tuple[SteadyFit, Fit]:
+    """The fit over other keys, from values near its optimum, or `rough` ones, with what is known of the first `moments`
+    beforehand. Raises ExcitationError."""
+    priors = {**kept_priors(solver.priors, keys), **(moments or {})}
+    keys = [k for k in keys if k not in priors]
+    values = {k: v for k, v in start.items() if k not in REVERSAL_KEYS or k in priors}
+    own = SteadyFit(problem, priors=priors, marks=solver.marks, local=solver.local)
+    if rough:
+        first = SimulationFit(problem, priors=priors)
+        few = (*keys, *(k for k in priors if k not in REVERSAL_KEYS))
+        for iterations, tolerance in ROUGH_ROUNDS:
+            found = first.solve(few, values, first.whitenings(values), iterations=iterations, tolerance=tolerance)
+            values = dict(found.values)
+    fit: Fit | None = None
+    for iterations, tolerance in ROUNDS:
+        fit = own.solve((*keys, *priors), values, own.whitenings(values), iterations=iterations, tolerance=tolerance)
+        values = dict(fit.values)
+    assert fit is not None
+    return own, fit
+
+
+def gravity_slope(values: Mapping[str, float], position: float) -> float:
+    """Gravity's stiffness at a position over g, kg m."""
+    return values.get("MY", 0.0) * math.cos(position) - values.get("MX", 0.0) * math.sin(position)
