@@ -10,7 +10,7 @@ import numpy as np
 from flex_ident.effects import key_named, trade_error
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.evidence import is_identifiable
-from flex_ident.estimation.thresholds import FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
+from flex_ident.estimation.thresholds import DRY_REVERSAL_ERROR, FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters import Parameter
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
@@ -50,9 +50,9 @@ def reversal_error(estimate: Estimate, key: str) -> float:
         error = LINK_REVERSAL_ERROR * values.get("FS", 0.0)
         return error if key == "FS" or link is None else error / (float(np.std(link.velocity)) or math.inf)
     dry = "FS" if problem.rigid else "FSm"
-    error = REVERSAL_ERROR * values.get(dry, 0.0)
     if key == dry:
-        return error
+        return DRY_REVERSAL_ERROR * values.get(dry, 0.0)
+    error = REVERSAL_ERROR * values.get(dry, 0.0)
     speed, acceleration = (float(np.std(x)) or math.inf for x in (problem.motion.velocity, problem.motion.acceleration))
     if key == ("FV" if problem.rigid else "FVm"):
         return error / speed

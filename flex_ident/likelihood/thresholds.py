@@ -40,10 +40,11 @@ first bending mode has a tenth or so; without it K of 16 recordings of an advers
 the free resonance, was 12 to 57 standard deviations off, and trusted."""
 AT_ITS_END, PHYSICAL_AVERAGING = 0.99, 2.0 / 24.0
 """Share of its range from which a nuisance is at its end; twice what a mean or a hold over a period can make."""
-PHYSICAL_LEAD_S = 0.012
-"""Time by which friction may turn over before the velocity does: MuJoCo's friction loss leads by 10 ms. Motors that
-stick between the steps of a PRBS showed 20 ms, and K 4 and 6 standard deviations off (`bench/coverage.py`, seed 31,
-recording 36, and seed 61, recording 41)."""
+PHYSICAL_LEAD_S = 0.005
+"""Time by which the friction of a motor may turn over before its velocity does: no drive's does by more than 5 ms among
+98 clean recordings of `bench/coverage.py`, seed 71, but for motors that rest between the steps of a PRBS under P-PI
+control. Those showed 7 to 20 ms, and K 3 to 6 standard deviations off (also seeds 31 and 61). MuJoCo's friction loss,
+which leads by 10 ms, is an effect of its own."""
 UNSEEN_WAY = 0.1
 """Way over which friction turns over, in standard deviations of the encoder's noise, of which nothing can be told.
 Without it fits crept for most of their time through ways of a hundredth of that, where the cost has a minimum of its

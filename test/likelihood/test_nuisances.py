@@ -106,4 +106,4 @@ def test_friction_that_turns_over_earlier_than_any_is_strained() -> None:
     priors = {"reversal_lead": Prior(0.0, 3e-3, -0.03, 0.03), "torque_delay": Prior(0.0, 1e-3, -3e-3, 3e-3)}
     assert strained({"reversal_lead": 0.02, "torque_delay": 0.0}, priors) == ("reversal_lead",)
     assert strained({"reversal_lead": -0.02, "torque_delay": 0.0}, priors) == ("reversal_lead",)
-    assert strained({"reversal_lead": 0.01, "torque_delay": 0.0}, priors) == ()
+    assert strained({"reversal_lead": 0.004, "torque_delay": 0.0}, priors) == ()
