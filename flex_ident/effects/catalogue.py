@@ -11,6 +11,7 @@ from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
 from flex_ident.effects.hysteresis import HYSTERESIS
+from flex_ident.effects.iron_saturation import IRON_SATURATION
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
@@ -19,6 +20,7 @@ from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
 from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
 from flex_ident.effects.time_delay import TIME_DELAY
+from flex_ident.effects.torque_droop import TORQUE_DROOP
 from flex_ident.effects.torque_offset import TORQUE_OFFSET
 from flex_ident.effects.torque_ripple import TORQUE_RIPPLE
 from flex_ident.effects.viscous_asymmetry import VISCOUS_ASYMMETRY
@@ -45,6 +47,8 @@ CATALOGUE: dict[str, Effect] = {
         TIME_DELAY,
         ENCODER_SKEW,
         SATURATION,
+        IRON_SATURATION,
+        TORQUE_DROOP,
         SECOND_MODE,
     )
 }

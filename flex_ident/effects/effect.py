@@ -74,6 +74,8 @@ class Effect:
     """Makes no sense for a rigid joint."""
     needs_link: bool = False
     """Can only be seen with a link encoder."""
+    scales_torque: bool = False
+    """Changes the torque of the whole model by a share: inertias and stiffness follow it, and hardly a gap is left."""
     law_error: float = 0.05
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
     imitable: float = 1.0

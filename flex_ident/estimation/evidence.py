@@ -79,7 +79,9 @@ def evidence_of(
         structured=left.structured(left.gap),
         link=(left.link.gap, left.link.floor) if left.link is not None and left.link.structured else None,
         noise_known=left.evidence != "none",
-        causes=tuple(Cause(s.effect, s.gain, moved.get(s.effect, 0.0), s.strong) for s in estimate.suspects),
+        causes=tuple(
+            Cause(s.effect, s.gain, moved.get(s.effect, 0.0), s.strong, s.scales_torque) for s in estimate.suspects
+        ),
         other_joints=None
         if coupling is None or not coupling.seen
         else OtherJoints(coupling.joints, coupling.share, coupling.chance),

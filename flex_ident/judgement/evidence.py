@@ -10,12 +10,14 @@ from flex_ident.parameters import Parameter
 @dataclass(frozen=True)
 class Cause:
     """An effect that may be missing: its `gain` (see `screening.suspects`), and the most standard deviations by which
-    it would move a parameter that the data determine; `strong` where the recording speaks for it beyond chance."""
+    it would move a parameter that the data determine; `strong` where the recording speaks for it beyond chance;
+    `scales_torque` where all forces follow it, and hardly a gap is left."""
 
     effect: str
     gain: float
     moved_stds: float
     strong: bool = True
+    scales_torque: bool = False
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from flex_ident.judgement.evidence import Evidence, FitEvidence, LinearEvidence
+from flex_ident.judgement.evidence import Cause, Evidence, FitEvidence, LinearEvidence
 from flex_ident.judgement.thresholds import (
     CERTAIN_GAIN,
     DRIFT_STDS,
@@ -17,6 +17,7 @@ from flex_ident.judgement.thresholds import (
     MOVED,
     POOR_PERCENT,
     SAMPLES_A_PERIOD,
+    SCALE_GAIN,
     UNSEEN_PERCENT,
     UNSEEN_RATIO,
     WEAK_PERCENT,
@@ -169,12 +170,17 @@ def _other_joints(evidence: FitEvidence) -> Iterator[Notice]:
         yield Notice(Code.OTHER_JOINTS_EXPLAIN, "motor_torque", sizes, {"joints": ", ".join(other.joints)})
 
 
+def _certain(cause: Cause) -> float:
+    """The gain from which a cause counts that leaves no gap."""
+    return SCALE_GAIN if cause.scales_torque else CERTAIN_GAIN
+
+
 def _cause(evidence: FitEvidence) -> Iterator[Notice]:
     """The likeliest cause of structure; without structure, the one that would move the parameters most."""
     strong = [c for c in evidence.causes if c.strong]
     if not evidence.structured:
         strong = sorted(strong, key=lambda c: -c.moved_stds)
-        strong = [c for c in strong if c.moved_stds > MOVED and c.gain > CERTAIN_GAIN]
+        strong = [c for c in strong if c.moved_stds > MOVED and c.gain > _certain(c)]
     for first in strong[:1]:
         sizes = {"moved_stds": first.moved_stds, "gain": first.gain}
         yield Notice(Code.CAUSE_SUSPECTED, first.effect, sizes)

@@ -20,6 +20,9 @@ on 18 recordings of three joints commanded at 60 to 200 Hz."""
 CERTAIN_GAIN = 300.0
 """Gain of an effect that leaves no gap from which it counts: jitter of the clock made up to 210 in the link channel of
 the virtual paper joint, and 130 in `bench/coverage.py`, seed 1."""
+SCALE_GAIN = 60.0
+"""The same of an effect that scales the torque: a loss over speed, commanded torque recorded, showed 150 and 240 where
+it moved K by 30 standard deviations; 28 results of clean recordings under 0 (`bench/coverage.py`, seed 61)."""
 MOVED = 5.0
 """Standard deviations by which an effect that the recording shows must move a parameter to make the result doubtful:
 set on `bench/coverage.py`, seed 1."""

@@ -258,11 +258,14 @@ class FitProblem:
         return off
 
     def measured_torque(self, values: Mapping[str, float]) -> Floats:
-        """The recorded torque (m,), clipped where the model says that the drive delivered no more."""
-        limit = float(self.terms(values)[Term.TORQUE_LIMIT])
-        if limit <= 0.0 or limit >= float(np.max(np.abs(self._raw_torque))):
+        """The recorded torque (m,), or as much of it as the model says that the drive delivered."""
+        terms = self.terms(values)
+        limit, iron, droop = (float(terms[t]) for t in (Term.TORQUE_LIMIT, Term.IRON_LOSS, Term.TORQUE_DROOP))
+        limited = 0.0 < limit < float(np.max(np.abs(self._raw_torque)))
+        if not limited and iron == 0.0 and droop == 0.0:
             return self.torque
-        return self.reduced(np.clip(self._raw_torque, -limit, limit))
+        torque = np.clip(self._raw_torque, -limit, limit) if limited else self._raw_torque
+        return self.reduced(torque / (1.0 + iron * torque**2 + droop * self.motion.velocity**2))
 
     def _limited(self, values: Mapping[str, float]) -> bool:
         """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""

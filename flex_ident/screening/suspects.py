@@ -24,7 +24,7 @@ from flex_ident.screening.candidates import candidates
 from flex_ident.screening.linear_probe import mount_change
 from flex_ident.screening.scoring import Score, following_of, orthonormal, projected, scores
 from flex_ident.screening.sketching import sketched
-from flex_ident.screening.thresholds import IMITATED, LEAST_WEIGHT, NO_CAUSE, STRONG
+from flex_ident.screening.thresholds import IMITATED, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, STRONG
 
 MOUNT = "mount_mode"
 MOUNT_RATIOS = (0.01, 0.03, 0.1)
@@ -48,6 +48,12 @@ class Suspect:
     def weight(self) -> float:
         """Probability that the effect is there, against the model without it, by the Bayesian information criterion."""
         return 1.0 / (1.0 + math.exp(-0.5 * float(np.clip(self.gain, -60.0, 60.0))))
+
+    @property
+    def scales_torque(self) -> bool:
+        """Whether all forces follow it, by a law of which only the shape within the recording shows."""
+        effect = CATALOGUE.get(self.effect)
+        return effect is not None and effect.scales_torque
 
     @property
     def strong(self) -> bool:
@@ -147,7 +153,7 @@ def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainde
         weight = suspect.weight * min(1.0, max(suspect.gain, 0.0) / best if best > STRONG else 1.0)
         if weight < LEAST_WEIGHT:
             continue
-        moved = weight * suspect.shift
+        moved = weight * (SCALE_UNKNOWN if suspect.scales_torque else 1.0) * suspect.shift
         covariance += np.outer(moved, moved)
     unexplained = unexplained_gap(found, left)
     factor = 1.0

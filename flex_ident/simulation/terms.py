@@ -101,6 +101,10 @@ class Term(IntEnum):
 
     LINK_DRIFT = "measurement", False
     """By how much the clock of the link encoder runs fast against the motor's, s/s; zero in the middle."""
+    IRON_LOSS = "measurement", False
+    """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
+    TORQUE_DROOP = "measurement", False
+    """The same over the motor's speed squared, s^2/rad^2."""
 
     @property
     def moves_link(self) -> bool:

@@ -55,6 +55,8 @@ class P(IntEnum):
     SECOND_DAMPING = 35
     TORQUE_DELAY = 36
     LINK_SKEW = 37
+    IRON_LOSS = 38
+    TORQUE_DROOP = 39
 
 
 BASE = {
@@ -94,6 +96,8 @@ EFFECTS = {
     "time_delay.delay": P.TORQUE_DELAY,
     "encoder_skew.skew": P.LINK_SKEW,
     "saturation.limit": P.DRIVE_LIMIT,
+    "iron_saturation.loss": P.IRON_LOSS,
+    "torque_droop.loss": P.TORQUE_DROOP,
     "second_mode.inertia": P.SECOND_INERTIA,
     "second_mode.stiffness": P.SECOND_STIFFNESS,
     "second_mode.damping": P.SECOND_DAMPING,

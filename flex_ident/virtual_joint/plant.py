@@ -28,6 +28,7 @@ CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P
 DAMP, RIP, RIP_C, RIP_P = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.RIPPLE_CYCLES), int(P.RIPPLE_PHASE)
 GE, GE_C, GE_P = int(P.GEAR_ERROR), int(P.GEAR_CYCLES), int(P.GEAR_PHASE)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
+IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
 
 STATE = 14
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
@@ -180,6 +181,7 @@ def sampled(
         delivered = torque
         if p[LIMIT] > 0.0:
             delivered = min(max(torque, -p[LIMIT]), p[LIMIT])
+        delivered /= 1.0 + p[IRON] * delivered * delivered + p[DROOP] * state[1] * state[1]
         warm = 1.0 + p[WARM] * state[TIME]
         for _ in range(substeps):
             stepped(p, state, delivered + disturbance, cycle / substeps, warm)

@@ -14,6 +14,7 @@ from flex_ident.judgement.thresholds import (
     MOVED,
     POOR_PERCENT,
     SAMPLES_A_PERIOD,
+    SCALE_GAIN,
     WEAK_PERCENT,
 )
 from flex_ident.notices import Code, Notice
@@ -67,6 +68,8 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
     ("an effect that moves", HIDDEN, "doubtful", {"cause_suspected"}),
     ("one that moves nothing", {"causes": (cause(2.0 * CERTAIN_GAIN, 0.5 * MOVED),)}, "trusted", set()),
     ("one that is chance", {"causes": (cause(2.0 * CERTAIN_GAIN, strong=False),)}, "trusted", set()),
+    ("one that scales the torque", {"causes": (Cause("torque_droop", 2.0 * SCALE_GAIN, 2.0 * MOVED, True, True),)},
+     "doubtful", {"cause_suspected"}),
     ("one without a gap, perhaps", {"causes": (cause(0.9 * CERTAIN_GAIN),)}, "trusted", set()),
     (
         "structure with its cause", {**STRUCTURED, "causes": (cause(100.0, 0.0),)}, "doubtful",

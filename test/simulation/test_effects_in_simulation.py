@@ -25,6 +25,8 @@ EFFECTS: dict[str, dict[str, float]] = {
     "joint_damping": {"damping": 4.0},
     "torque_ripple": {"amplitude": 2.0, "cycles_per_turn": 80.0, "phase": 0.4},
     "kinematic_error": {"amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4},
+    "iron_saturation": {"loss": 4e-6},
+    "torque_droop": {"loss": 0.05},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
     "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},

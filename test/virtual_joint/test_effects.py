@@ -151,6 +151,19 @@ def test_saturation_delivers_less_than_is_recorded() -> None:
     assert motion.motor_position == pytest.approx(limited.motor_position, abs=1e-9)
 
 
+def test_iron_and_speed_take_their_share_of_the_torque() -> None:
+    hard = drive_for(LEVEL, interface="effort")
+    iron = virtual_motion(
+        LEVEL.with_effect("iron_saturation", {"loss": 1e-3}), drive=hard, reference=np.full(4000, 20.0)
+    )
+    assert iron.torque[-1] == 20.0
+    less = virtual_motion(LEVEL, drive=hard, reference=np.full(4000, 20.0 / 1.4))
+    assert iron.motor_position == pytest.approx(less.motor_position, abs=1e-9)
+    droop = virtual_motion(LEVEL.with_effect("torque_droop", {"loss": 0.1}), drive=hard, reference=np.full(20000, 20.0))
+    speed = droop.motor_velocity[-1]
+    assert 20.0 / (1.0 + 0.1 * speed**2) == pytest.approx(10.0 * speed + 5.0, rel=1e-3)  # what friction takes
+
+
 @pytest.mark.parametrize("shift", [0.0023, -0.0017])
 @pytest.mark.parametrize(
     ("effect", "key", "role"), [("time_delay", "delay", "motor_torque"), ("encoder_skew", "skew", "link_position")]

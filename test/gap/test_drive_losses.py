@@ -1,0 +1,36 @@
+"""A drive that delivers less than it is asked for: named, measured, and never trusted where it is overlooked."""
+
+import pytest
+
+from flex_ident.estimation.identification import identify
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap.explain import explain
+from flex_ident.gap.options import GapOptions
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+
+EXPERIMENT = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich")
+CHAIN = MeasurementChain.with_bits(17, 20)
+LOSSES = {"torque_droop": 0.05, "iron_saturation": 2e-5}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", list(LOSSES))
+def test_a_loss_of_torque_is_suspected_and_the_intervals_reach_as_far(effect: str) -> None:
+    truth = COBOT_JOINT.with_effect(effect, {"loss": LOSSES[effect]})
+    recording = virtual_recording(truth, EXPERIMENT, CHAIN, seed=4)
+    result = identify(recording, IdentifyOptions())
+    assert result.verdict != "trusted"
+    assert any(n.code == "cause_suspected" for n in result.notices)
+    for key in ("Jm", "K", "JL"):
+        p = result.parameter(key)
+        assert abs(p.value - truth.value(key)) < 3.0 * p.std, p
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", list(LOSSES))
+def test_a_loss_of_torque_is_named_and_measured(effect: str) -> None:
+    truth = COBOT_JOINT.with_effect(effect, {"loss": LOSSES[effect]})
+    found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=5), GapOptions())
+    assert [f.effect for f in found.findings] == [effect]
+    loss = found.findings[0].parameters[0]
+    assert loss.value == pytest.approx(LOSSES[effect], rel=0.2)
