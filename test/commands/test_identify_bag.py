@@ -120,6 +120,7 @@ def test_bad_configuration_names_file_and_key(rigid_bag: Path, tmp_path: Path, c
 
 
 @pytest.mark.skipif(not REAL.exists(), reason="needs ../shared/real")
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["a2", pytest.param("a3", marks=pytest.mark.campaign)])
 def test_kuka_says_why_and_gives_a_k_of_the_right_order(axis: str, tmp_path: Path) -> None:
     done = run(REAL / "kuka_kr300_a", "--joint", axis, "--no-plots", "--json", "--out", tmp_path)

@@ -29,7 +29,9 @@ def chain(bits: int) -> MeasurementChain:
     return MeasurementChain.with_bits(bits, bits, torque_noise=0.01, jitter=0.05, lost=0.002)
 
 
-@pytest.fixture(scope="module", params=list(JOINTS))
+@pytest.fixture(
+    scope="module", params=[pytest.param(n, marks=pytest.mark.slow if n == "series_elastic" else ()) for n in JOINTS]
+)
 def joint_and_recording(request: pytest.FixtureRequest) -> tuple[JointModel, Recording]:
     model = JOINTS[request.param]
     bits = 17 if request.param == "cobot" else 20
@@ -51,6 +53,7 @@ def test_recovers_the_joint_within_its_uncertainty(
         assert result.parameter(key).relative_std_percent < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [3.0, pytest.param(1.0 / 3.0, marks=pytest.mark.campaign)])
 def test_a_first_guess_a_factor_of_three_off_converges(factor: float) -> None:
     recording = virtual_recording(COBOT_JOINT, EXPERIMENT, chain(20), seed=1)

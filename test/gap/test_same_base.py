@@ -48,7 +48,10 @@ ROWS: dict[str, Row] = {
     # a joint on which gravity does not act: without its moments explain fits what identify fits of one that slides
     "without MX,MY": ("flat", IdentifyOptions(), True, GapOptions(without=("MX", "MY"), effects=FEW)),
 }
-TABLE = pytest.mark.parametrize("row", [pytest.param(r, id=name) for name, r in ROWS.items()])
+LONG = ("motor", "prismatic", "without MX,MY")
+TABLE = pytest.mark.parametrize(
+    "row", [pytest.param(r, id=n, marks=pytest.mark.slow if n in LONG else ()) for n, r in ROWS.items()]
+)
 
 
 @TABLE

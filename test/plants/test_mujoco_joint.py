@@ -46,7 +46,12 @@ def checked(result: Identification, model: JointModel, *, keys: tuple[str, ...],
 
 
 @pytest.mark.parametrize(
-    ("name", "sensors"), [("paper", "motor"), ("cobot", "motor+link"), ("series_elastic", "motor")]
+    ("name", "sensors"),
+    [
+        ("paper", "motor"),
+        pytest.param("cobot", "motor+link", marks=pytest.mark.slow),
+        pytest.param("series_elastic", "motor", marks=pytest.mark.slow),
+    ],
 )
 def test_identification_recovers_mujocos_joint(name: str, sensors: str) -> None:
     chain = MeasurementChain(torque_noise=0.01, jitter=0.05, lost=0.002)
