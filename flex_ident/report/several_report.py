@@ -92,7 +92,7 @@ def _recordings(joined: JoinedResult) -> Section:
         shown = ", ".join(
             f"{n} {own[n]:.4g}" if isinstance(own[n], float) else f"{n} {own[n]}" for n in names if n in own
         )
-        notes.append(f"{member.name}: {shown}." if shown else f"{member.name}.")
+        notes += [f"{member.name}: {shown}."] if shown else []
     return Section(
         "The recordings", header=tuple(header), rows=tuple(Row(tuple(row)) for row in rows),
         right=tuple(range(2, len(header))), notes=tuple(notes),
