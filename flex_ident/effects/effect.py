@@ -80,6 +80,8 @@ class Effect:
     """Share of the error of method and laws that could look like this effect."""
     cycles: str = ""
     """Name of the parameter that says how many periods it has in a turn of the motor; empty for what has none."""
+    again: tuple[str, ...] = ("",)
+    """Suffixes of its parameters, one for each time that it may be in the model: a harmonic each. Probes have none."""
     start: Callable[[Scans], Start | None] | None = None
     """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
     priors: Callable[[Floats], Mapping[str, Prior]] | None = None

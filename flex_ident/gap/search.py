@@ -22,7 +22,8 @@ from flex_ident.screening.sketching import best_start, effects_in, sketched, sta
 from flex_ident.screening.thresholds import VISIBLE
 
 Progress = Callable[[float, str], None]
-MOST_EFFECTS = 4
+MOST_EFFECTS, MOST_ROUNDS = 4, 8
+"""Different effects that are accepted at most, and rounds: a harmonic each."""
 MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
 """Sketches that are finished, and how many while something speaks against each."""
 
@@ -73,8 +74,10 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
     search = Search(solver, base, base)
     for name in options.add:
         search = _added_by_hand(search, name, options)
-    for round_number in range(MOST_EFFECTS):
-        share = round_number / MOST_EFFECTS
+    for round_number in range(MOST_ROUNDS):
+        if len({a.trial.effect for a in search.accepted}) >= MOST_EFFECTS:
+            break
+        share = round_number / MOST_ROUNDS
         progress(share, "screening")
         found = _scored(search, options)
         trials = _trials(search, found, options, partial(_part, progress, share))
@@ -165,7 +168,7 @@ def _only_a_cause(search: Search, solver: SteadyFit, base: Fit) -> Search:
 
 
 def _part(progress: Progress, start: float, share: float, text: str) -> None:
-    progress(start + share / MOST_EFFECTS, text)
+    progress(start + share / MOST_ROUNDS, text)
 
 
 def _candidates(search: Search, effects: tuple[str, ...], options: GapOptions) -> Iterator[Candidate]:

@@ -24,7 +24,7 @@ from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_o
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.parameters.keys import effect_in, key_text
+from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import extended_solver
 
@@ -170,7 +170,7 @@ def _objection(
     bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
-    cycles = fit.values.get(key_text(candidate.effect, effect_named(candidate.effect).cycles), math.inf)
+    cycles = fit.values.get(candidate.cycles, math.inf)
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
         return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)

@@ -13,7 +13,8 @@ import numpy as np
 from flex_ident.filtering.spectral import Complexes
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.harmonics import periodic, periodic_slope
+from flex_ident.simulation.terms import KINEMATIC_ERRORS, Term
 
 
 def transmission_error_change(
@@ -40,9 +41,8 @@ def transmission_error_change(
     def position(omega: Floats) -> Complexes:
         return np.asarray(link(omega) * np.exp(-1j * omega * skew))
 
-    amplitude, cycles = float(small[Term.KINEMATIC_ERROR]), float(small[Term.KINEMATIC_CYCLES])
-    angle = cycles * problem.motion.position + float(small[Term.KINEMATIC_PHASE])
-    error, slope = amplitude * np.sin(angle), amplitude * cycles * np.cos(angle)
+    error = periodic(small, KINEMATIC_ERRORS, problem.motion.position)
+    slope = periodic_slope(small, KINEMATIC_ERRORS, problem.motion.position)
     moved = problem.link_response_of(values)
     assert moved is not None
     borne = problem.reduced(moved.spring_torque * slope, delay=delay)

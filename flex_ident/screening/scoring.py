@@ -15,7 +15,7 @@ from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
 from flex_ident.screening.linear_probe import transmission_error_change
 from flex_ident.screening.thresholds import IMITATED
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.harmonics import transmission_error
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def orthonormal(fit: Fit, drop: str) -> Floats:
 
 def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]) -> Floats:
     """Change (r,) of the whitened residual when the model takes other values."""
-    if solver.problem.terms(values)[Term.KINEMATIC_ERROR] != 0.0:
+    if transmission_error(solver.problem.terms(values)):
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)
     return moved - fit.residual

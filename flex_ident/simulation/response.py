@@ -10,9 +10,10 @@ import numpy as np
 from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES, side_by_side, simulated_links
 from flex_ident.simulation.compiled import COMPILED
+from flex_ident.simulation.harmonics import periodic, periodic_slope, transmission_error
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.terms import KINEMATIC_ERRORS, RIPPLES, Term
 
 
 @dataclass(frozen=True)
@@ -50,11 +51,9 @@ class LinkMotion:
 def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
     """The link driven through the spring by the motor's motion (eq. 5), at the recording's samples."""
     base, rate = motion.fine_position, motion.fine_velocity
-    amplitude = terms[Term.KINEMATIC_ERROR]
-    if amplitude != 0.0:
-        angle = terms[Term.KINEMATIC_CYCLES] * base + terms[Term.KINEMATIC_PHASE]
-        rate = rate * (1.0 + amplitude * terms[Term.KINEMATIC_CYCLES] * np.cos(angle))
-        base = base + amplitude * np.sin(angle)
+    if transmission_error(terms):
+        rate = rate * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, base))
+        base = base + periodic(terms, KINEMATIC_ERRORS, base)
     n = (base.size + 1) // 2
     torque, position, velocity = np.empty(n), np.empty(n), np.empty(n)
     simulated_link(terms, base, rate, motion.step, torque, position, velocity)
@@ -107,18 +106,15 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
     else:
         load = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
     reaction = load
-    if link is not None and terms[Term.KINEMATIC_ERROR] != 0.0:  # virtual work: a ratio that varies loads the motor so
-        cycles = terms[Term.KINEMATIC_CYCLES]
-        angle = cycles * motion.position + terms[Term.KINEMATIC_PHASE]
-        reaction = load * (1.0 + terms[Term.KINEMATIC_ERROR] * cycles * np.cos(angle))
+    if link is not None and transmission_error(terms):  # virtual work: a ratio that varies loads the motor so
+        reaction = load * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, motion.position))
     torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + reaction + terms[Term.OFFSET]
     torque = torque + motor_friction(terms, motion, load, sign)
     if terms[Term.GRAVITY_REMOVED] != 0.0:
         weight = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
         torque = torque - terms[Term.GRAVITY_REMOVED] * weight
-    if terms[Term.RIPPLE] != 0.0:
-        angle = terms[Term.RIPPLE_CYCLES] * motion.position + terms[Term.RIPPLE_PHASE]
-        torque = torque + terms[Term.RIPPLE] * np.sin(angle)
+    if any(terms[size] != 0.0 for size, *_ in RIPPLES):
+        torque = torque + periodic(terms, RIPPLES, motion.position)
     result: Floats = torque
     return result
 

@@ -25,10 +25,11 @@ ST, ST_V, ST_L, ST_VL = int(P.STRIBECK), int(P.STRIBECK_SPEED), int(P.STRIBECK_L
 AS, AS_L, QU, QU_L = int(P.ASYMMETRY), int(P.ASYMMETRY_LINK), int(P.QUADRATIC), int(P.QUADRATIC_LINK)
 LF, LF_L, WARM = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK), int(P.WARMING)
 CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P.DAHL_DEFLECTION)
-DAMP, RIP, RIP_C, RIP_P = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.RIPPLE_CYCLES), int(P.RIPPLE_PHASE)
-GE, GE_C, GE_P = int(P.GEAR_ERROR), int(P.GEAR_CYCLES), int(P.GEAR_PHASE)
+DAMP, RIPPLE, GEAR = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.GEAR_ERROR)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 
+HARMONICS = 5
+"""Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
 STATE = 14
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
 command and its rate; time; the command before and the one before that."""
@@ -46,11 +47,29 @@ def weight(p: Floats, angle: float) -> float:
 
 
 @compiled
+def periodic(p: Floats, first: int, angle: float) -> float:
+    """The harmonics that begin at index `first`, at the motor's `angle`, rad."""
+    total = 0.0
+    for i in range(first, first + 3 * HARMONICS, 3):
+        if p[i] != 0.0:
+            total += p[i] * math.sin(p[i + 1] * angle + p[i + 2])
+    return total
+
+
+@compiled
+def gear_ratio(p: Floats, angle: float) -> float:
+    """Movement of the spring's motor end over the motor's, at the motor's `angle`, rad."""
+    ratio = 1.0
+    for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
+        if p[i] != 0.0:
+            ratio += p[i] * p[i + 1] * math.cos(p[i + 1] * angle + p[i + 2])
+    return ratio
+
+
+@compiled
 def deflection(p: Floats, motor: float, link: float) -> float:
     """Deflection of the spring, transmission error included, rad."""
-    if p[GE] == 0.0:
-        return motor - link
-    return float(motor + p[GE] * math.sin(p[GE_C] * motor + p[GE_P]) - link)
+    return motor + periodic(p, GEAR, motor) - link
 
 
 @compiled
@@ -95,10 +114,9 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
     b += 0.5 * h * vb
     c += 0.5 * h * vc
     push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
-    if p[RIP] != 0.0:
-        push -= p[RIP] * math.sin(p[RIP_C] * a + p[RIP_P])
+    push -= periodic(p, RIPPLE, a)
     if flexible:
-        gear = 1.0 + p[GE] * p[GE_C] * math.cos(p[GE_C] * a + p[GE_P]) if p[GE] != 0.0 else 1.0
+        gear = gear_ratio(p, a)
         d = deflection(p, a, b)
         state[6] = dahl_state(p, state[6], d - state[7])
         state[7] = d
@@ -206,7 +224,10 @@ def _rest_link(p: Floats, motor: float) -> float:
     if abs(elastic_torque(p, deflection(p, motor, motor), 0.0) - weight(p, motor)) < 1e-12:
         return motor
     heaviest = GRAVITY * math.hypot(p[MX], p[MY])
-    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * abs(p[GE]) + 1e-9
+    errors = 0.0
+    for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
+        errors += abs(p[i])
+    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * errors + 1e-9
     low, high = motor - span, motor + span
     for _ in range(60):
         link = 0.5 * (low + high)
@@ -223,8 +244,6 @@ def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
     state = np.zeros(STATE)
     state[0], state[2], state[4] = motor, link, link
     state[7] = float(deflection(p, motor, link))
-    state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT]
-    if p[RIP] != 0.0:
-        state[INTEGRAL] += p[RIP] * math.sin(p[RIP_C] * motor + p[RIP_P])
+    state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT] + float(periodic(p, RIPPLE, motor))
     state[SMOOTH], state[BEFORE], state[EARLIER] = motor, command, command
     return state

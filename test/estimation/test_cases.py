@@ -31,6 +31,7 @@ CAUSES: dict[str, set[str]] = {
     "load_friction": {"load_dependent_friction"},
     "stribeck": {"stribeck_friction"},
     "lugre": {"stribeck_friction"},  # what LuGre's friction has beside its bristles
+    "ripple_two": {"torque_ripple"},
     "mount_25hz": MOUNT,
     "mujoco_friction": FRICTION,  # no effect of the catalogue, but friction of the motor it is
 }

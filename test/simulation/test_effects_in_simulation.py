@@ -23,8 +23,15 @@ EFFECTS: dict[str, dict[str, float]] = {
     "backlash": {"gap": 5e-4},
     "hysteresis": {"torque": 2.0, "deflection": 1e-3},
     "joint_damping": {"damping": 4.0},
-    "torque_ripple": {"amplitude": 2.0, "cycles_per_turn": 80.0, "phase": 0.4},
-    "kinematic_error": {"amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4},
+    "torque_ripple": {
+        "amplitude": 2.0, "cycles_per_turn": 80.0, "phase": 0.4,
+        "amplitude_2": 1.5, "cycles_per_turn_2": 120.0, "phase_2": 1.4,
+        "amplitude_5": 1.0, "cycles_per_turn_5": 40.0, "phase_5": 0.1,
+    },
+    "kinematic_error": {
+        "amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4,
+        "amplitude_3": 1e-4, "cycles_per_turn_3": 50.0, "phase_3": 1.0,
+    },
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
     "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},

@@ -82,6 +82,19 @@ def test_ripple_is_a_line_over_motor_angle() -> None:
     assert fit == pytest.approx([0.5, 0.0, 7.0], abs=0.03)
 
 
+def test_ripple_may_have_a_further_harmonic() -> None:
+    ripple = {"amplitude": 0.5, "cycles_per_turn": 20.0, "phase": 0.4}
+    ripple |= {"amplitude_3": 0.3, "cycles_per_turn_3": 33.0, "phase_3": 1.0}
+    t = np.arange(12000) / 1000.0
+    motion = virtual_motion(
+        LEVEL.with_effect("torque_ripple", ripple), drive=Drive(100.0, 2000.0, 1e4), reference=0.2 * t
+    )
+    q, torque = motion.motor_position[4000:], motion.torque[4000:]
+    columns = np.column_stack((np.sin(20 * q + 0.4), np.sin(33 * q + 1.0), np.ones(q.size)))
+    fit = np.linalg.lstsq(columns, torque, rcond=None)[0]
+    assert fit == pytest.approx([0.5, 0.3, 7.0], abs=0.03)
+
+
 def test_kinematic_error_moves_the_link_against_the_motor() -> None:
     error = {"amplitude": 2e-4, "cycles_per_turn": 20.0, "phase": 0.4}
     motion = at_speed(LEVEL.with_effect("kinematic_error", error), 0.2, 12.0)
