@@ -68,8 +68,10 @@ class Effect:
     """Its refit races from several shapes: it has many minima."""
     replaces: str = ""
     """Measurement key, confined to one sample, that the effect takes over from."""
-    stand_in: str = ""
-    """Nuisance that stands for the effect where it lies out of sight, and goes when it is in the model."""
+    stand_ins: tuple[str, ...] = ()
+    """Nuisances that stand for the effect where it lies out of sight, and go when it is in the model."""
+    shown_by: str = ""
+    """The one of them that is nothing where the effect is not there: where it is certain, the search goes without."""
     needs_spring: bool = False
     """Makes no sense for a rigid joint."""
     needs_link: bool = False

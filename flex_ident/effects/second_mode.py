@@ -56,6 +56,6 @@ SECOND_MODE = Effect(
     confused_with=("nonlinear_stiffness", "backlash"),
     separated_by="a link encoder",
     needs_spring=True,
-    stand_in="far_mode",
+    stand_ins=("far_mode",),
     law_error=EXACT,
 )

@@ -67,7 +67,7 @@ def explain(
     _refuse_short(problem, held)
     report(0.02, "fitting the base model")
     try:
-        kinds = fitted_base(problem, options)
+        kinds, stood_for = fitted_base(problem, options)
     except ExcitationError:
         rigid = rigid_alone(recording, problem, options)
         if rigid is None:
@@ -80,6 +80,8 @@ def explain(
     search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
     search, gaps, estimate = judged_again(search, searching, start, (solver, base), problem, options)
+    if not {*stood_for} <= {a.trial.effect for a in search.accepted}:
+        return explain(recording, replace(options, nuisances_stay=True), progress=progress)
     report(0.92, "describing what is left")
     final = _final(recording, of_kind(estimate, kinds), sensors)
     determined = all(

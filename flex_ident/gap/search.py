@@ -12,7 +12,17 @@ from flex_ident.errors import DataError, ExcitationError
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.thresholds import ENOUGH, MIMICKED, MOST_OF_IT, NEAR_TIE, QUIET, WORTH_A_TRIAL
-from flex_ident.gap.trials import Trial, closed_share, compared, excess_of, final_polish, own_error_of, tried, without
+from flex_ident.gap.trials import (
+    Trial,
+    closed_share,
+    compared,
+    deepened,
+    excess_of,
+    final_polish,
+    own_error_of,
+    tried,
+    without,
+)
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
@@ -89,6 +99,7 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
             break
         search.rejected.pop(best.effect, None)
         others = tuple(t for t in trials if t is not best)
+        best = _moved_on(search, best)
         search.accepted.append(Accepted(best, False, search.fit, others))
         search.solver = best.solver
         search.fit = final_polish(best.solver, best.fit)
@@ -229,6 +240,17 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
     if deep is not None:
         _search_deeply(search, deep, options, trials, own, progress)
     return sorted(trials, key=lambda t: -t.evidence)
+
+
+def _moved_on(search: Search, best: Trial) -> Trial:
+    """The trial that is to be accepted, where it leaves much of the gap moved on; unless that speaks against it."""
+    if best.share > ENOUGH:
+        return best
+    try:
+        deep = deepened(best, search.fit, search.own_error())
+    except ExcitationError:
+        return best
+    return best if deep.objection else deep
 
 
 def _search_deeply(

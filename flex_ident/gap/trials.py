@@ -122,6 +122,21 @@ def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, flo
     return found
 
 
+def deepened(trial: Trial, before: Fit, own_error: float) -> Trial:
+    """The trial, moved on under the noise that it leaves as long as that saves much: what bends or jumps holds a fit up
+    under the noise of the model without it."""
+    solver, found = trial.solver, trial.fit
+    for _ in range(ROUNDS):
+        whitenings = solver.whitenings(found.values)
+        ahead = solver.solve(found.free, found.values, whitenings, iterations=ITERATIONS, tolerance=1e-4, rough=True)
+        again = solver.solve(found.free, ahead.values, before.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+        done = again.cost > WORTH_ANOTHER * found.cost
+        found = again if again.cost < found.cost else found
+        if done:
+            break
+    return trial if found is trial.fit else compared(solver, before, found, trial.candidate, own_error)
+
+
 def without(solver: SteadyFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
     """The model of a fit refitted with only some of its effects, on the free keys of the base."""
     reduced, keys = extended_solver(solver, base, *kept)

@@ -9,6 +9,7 @@ import numpy as np
 
 from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES, side_by_side, simulated_links
+from flex_ident.simulation.bristles import bristle_torque
 from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.harmonics import periodic, periodic_slope, transmission_error
 from flex_ident.simulation.kernel import simulated_link
@@ -80,7 +81,7 @@ def link_motions(many: Sequence[Floats], motion: MotorMotion) -> list[LinkMotion
 
 def standstill_friction(terms: Floats) -> float:
     """Size of the motor's dry friction at standstill, N m, not under load."""
-    return float(terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_STRIBECK])
+    return float(terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_STRIBECK] + terms[Term.BRISTLE_STRIBECK])
 
 
 def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, sign: Floats) -> Floats:
@@ -89,13 +90,20 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
     coulomb = terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_LOAD_FRICTION] * np.abs(spring_torque)
     if terms[Term.MOTOR_STRIBECK] != 0.0 and terms[Term.MOTOR_STRIBECK_VELOCITY] > 0.0:
         coulomb = coulomb + terms[Term.MOTOR_STRIBECK] * np.exp(-((v / terms[Term.MOTOR_STRIBECK_VELOCITY]) ** 2))
+    if terms[Term.BRISTLE_STRIBECK] != 0.0 and terms[Term.BRISTLE_STRIBECK_VELOCITY] > 0.0:
+        coulomb = coulomb + terms[Term.BRISTLE_STRIBECK] * np.exp(-((v / terms[Term.BRISTLE_STRIBECK_VELOCITY]) ** 2))
+    dry = coulomb * sign
+    if terms[Term.BRISTLE_DEFLECTION] > 0.0:
+        stiffness = standstill_friction(terms) / terms[Term.BRISTLE_DEFLECTION]
+        level = np.broadcast_to(coulomb, v.shape)
+        dry = bristle_torque(sign, np.ascontiguousarray(level), motion.position, float(stiffness))
     viscous = terms[Term.MOTOR_VISCOUS] * v
     viscous = viscous + terms[Term.MOTOR_VISCOUS_ASYMMETRY] * np.abs(v)
     viscous = viscous + terms[Term.MOTOR_VISCOUS_QUADRATIC] * v * np.abs(v)
     warming = 1.0
     if terms[Term.FRICTION_RATE] != 0.0:
         warming = 1.0 + terms[Term.FRICTION_RATE] * motion.sample_time * np.arange(v.size)
-    friction: Floats = (viscous + coulomb * sign) * warming
+    friction: Floats = (viscous + dry) * warming
     return friction
 
 

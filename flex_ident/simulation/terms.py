@@ -98,6 +98,11 @@ class Term(IntEnum):
     """Share of the gravity at the motor's position that the recorded torque is without: the controller adds it."""
     LINK_SCALE = "measurement", False
     """By how much the link encoder reads too far, over what it reads: its scale, or an eccentric disk, locally."""
+    # elastic friction of the motor before it slides
+    BRISTLE_DEFLECTION = "motor", False
+    """Deflection, rad, of the bristles under the dry friction at standstill, of any name."""
+    BRISTLE_STRIBECK = "motor", True, "BRISTLE_DEFLECTION"
+    BRISTLE_STRIBECK_VELOCITY = "motor", False, "BRISTLE_DEFLECTION"
     # further harmonics of what is periodic in the motor's angle
     RIPPLE_2 = "motor", True
     RIPPLE_CYCLES_2 = "motor", False, "RIPPLE_2"

@@ -79,6 +79,9 @@ class P(IntEnum):
     GEAR_ERROR_5 = 59
     GEAR_CYCLES_5 = 60
     GEAR_PHASE_5 = 61
+    BRISTLE_DEFLECTION = 62
+    BRISTLE_STRIBECK = 63
+    BRISTLE_STRIBECK_SPEED = 64
 
 
 BASE = {
@@ -115,6 +118,9 @@ EFFECTS = {
     "second_mode.inertia": P.SECOND_INERTIA,
     "second_mode.stiffness": P.SECOND_STIFFNESS,
     "second_mode.damping": P.SECOND_DAMPING,
+    "presliding_friction.deflection": P.BRISTLE_DEFLECTION,
+    "presliding_friction.amplitude": P.BRISTLE_STRIBECK,
+    "presliding_friction.velocity": P.BRISTLE_STRIBECK_SPEED,
 }
 HARMONIC_SUFFIXES = ("", "_2", "_3", "_4", "_5")
 PERIODIC = {

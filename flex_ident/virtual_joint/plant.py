@@ -26,14 +26,15 @@ AS, AS_L, QU, QU_L = int(P.ASYMMETRY), int(P.ASYMMETRY_LINK), int(P.QUADRATIC), 
 LF, LF_L, WARM = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK), int(P.WARMING)
 CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P.DAHL_DEFLECTION)
 DAMP, RIPPLE, GEAR = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.GEAR_ERROR)
+BEND, BEND_ST, BEND_V = int(P.BRISTLE_DEFLECTION), int(P.BRISTLE_STRIBECK), int(P.BRISTLE_STRIBECK_SPEED)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
-STATE = 14
+STATE = 15
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
-command and its rate; time; the command before and the one before that."""
-INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER = 8, 9, 10, 11, 12, 13
+command and its rate; time; the command before and the one before that; torque of the motor's bristles."""
+INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
@@ -106,6 +107,22 @@ def kicked(
 
 
 @compiled
+def bristle_force(p: Floats, force: float, velocity: float, dry: float, h: float) -> float:
+    """Torque of the bristles after `h` s at a constant velocity, `dry` the friction that they slide under (LuGre).
+
+    Backward Euler in time, which never overshoots, however stiff the bristles are.
+    """
+    at_rest = p[FSM] + p[ST] + p[BEND_ST]
+    level = dry
+    if p[ST] != 0.0 and p[ST_V] > 0.0:
+        level += p[ST] * math.exp(-((velocity / p[ST_V]) ** 2))
+    if p[BEND_ST] != 0.0 and p[BEND_V] > 0.0:
+        level += p[BEND_ST] * math.exp(-((velocity / p[BEND_V]) ** 2))
+    stiffness = at_rest / p[BEND]
+    return float((force + h * stiffness * velocity) / (1.0 + h * stiffness * abs(velocity) / max(level, 1e-12)))
+
+
+@compiled
 def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> None:
     """Advance the masses in `state` (STATE,) by `h` s under the motor's `torque`, N m, friction times `warm`."""
     a, va, b, vb, c, vc = state[0], state[1], state[2], state[3], state[4], state[5]
@@ -126,7 +143,11 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
         load = weight(p, a)
         push -= load
     dry = p[FSM] + p[LF] * abs(load)
-    va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
+    if p[BEND] > 0.0:
+        state[BENT] = bristle_force(p, state[BENT], va, dry, h)
+        va = kicked(va, p[JM], push - warm * state[BENT], warm * p[FVM], 0.0, 0.0, 0.0, h)
+    else:
+        va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
     a += 0.5 * h * va
     if flexible:
         push = load - weight(p, b) - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb))

@@ -32,6 +32,7 @@ EFFECTS: dict[str, dict[str, float]] = {
         "amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4,
         "amplitude_3": 1e-4, "cycles_per_turn_3": 50.0, "phase_3": 1.0,
     },
+    "presliding_friction": {"deflection": 5e-4, "amplitude": 3.0, "velocity": 0.05},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
     "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},
