@@ -14,6 +14,7 @@ from flex_ident.effects.hysteresis import HYSTERESIS
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
+from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
@@ -48,6 +49,7 @@ CATALOGUE: dict[str, Effect] = {
         SATURATION,
         SECOND_MODE,
         PRESLIDING_FRICTION,
+        MOUNT_MODE,
     )
 }
 

@@ -70,8 +70,8 @@ class Effect:
     """Measurement key, confined to one sample, that the effect takes over from."""
     stand_ins: tuple[str, ...] = ()
     """Nuisances that stand for the effect where it lies out of sight, and go when it is in the model."""
-    shown_by: str = ""
-    """The one of them that is nothing where the effect is not there: where it is certain, the search goes without."""
+    shown_by: tuple[str, ...] = ()
+    """Those that are nothing where the effect is not there: where one is certain, the search goes without it."""
     needs_spring: bool = False
     """Makes no sense for a rigid joint."""
     needs_link: bool = False

@@ -50,8 +50,8 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
     near = {k: v for k, v in fit.values.items() if k in few or k == GRAVITY_REMOVED}
     few = tuple(k for k in few if k not in known)
     priors = {**base_priors(problem, few, late_samples=1.0), **known}
-    for effect in stood_for:
-        priors.pop(effect.shown_by)
+    for key in (k for effect in stood_for for k in effect.shown_by):
+        priors.pop(key, None)
     return kinds.refitted(*base_fit(problem, few, near, priors)), tuple(effect.name for effect in stood_for)
 
 
@@ -60,8 +60,8 @@ def _stood_for(problem: FitProblem, fit: Fit, options: GapOptions) -> tuple[Effe
     uncertainty = uncertainty_of(fit, problem.rate_hz)
     return tuple(
         e for e in CATALOGUE.values()
-        if e.shown_by in fit.free and (not options.effects or e.name in options.effects)
-        and abs(fit.values[e.shown_by]) > CERTAIN * uncertainty.std(e.shown_by) > 0.0
+        if (not options.effects or e.name in options.effects)
+        and any(abs(fit.values[k]) > CERTAIN * uncertainty.std(k) > 0.0 for k in e.shown_by if k in fit.free)
     )  # fmt: skip
 
 

@@ -54,8 +54,8 @@ class Accepted:
     @property
     def ties(self) -> tuple[str, ...]:
         """Effects that the data cannot tell from the accepted one."""
-        near = (t for t in self.others if self.trial.evidence - t.evidence < NEAR_TIE and t.effect != self.trial.effect)
-        return tuple(dict.fromkeys(t.effect for t in near))
+        rivals = (t for t in self.others if t.effect != self.trial.effect and not t.objection)
+        return tuple(dict.fromkeys(t.effect for t in rivals if self.trial.evidence - t.evidence < NEAR_TIE))
 
 
 @dataclass

@@ -113,9 +113,7 @@ class SteadyFit(SimulationFit):
             return self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance)
         values = start
         if state:
-            values = self.solve(
-                keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True
-            ).values
+            values = self.solve(keys, start, whitenings, iterations=iterations, tolerance=tolerance, rough=True).values
         rest = [k for k in keys if k not in STATE]
         there = self.solve(rest, values, whitenings, iterations=iterations, tolerance=tolerance, rough=True)
         ends = {k: key_bounds(k, self.priors) for k in keys if k in STATE}

@@ -75,8 +75,9 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
     options: list[dict[str, float]] = []
+    sized = candidate.probe.sized
     for size in SIZES:
-        values = {**fit.values, **{k: v * size if k in candidate.scaled else v for k, v in whole.items()}}
+        values = {**fit.values, **{k: sized(v, size) if k in candidate.scaled else v for k, v in whole.items()}}
         if dropped:
             values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
             values[dropped] = 0.0

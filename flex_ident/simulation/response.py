@@ -14,6 +14,7 @@ from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.harmonics import periodic, periodic_slope, transmission_error
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
+from flex_ident.simulation.mount import simulated_link_on_mount
 from flex_ident.simulation.terms import KINEMATIC_ERRORS, RIPPLES, Term
 
 
@@ -42,11 +43,15 @@ def direction(motion: MotorMotion, resolution: float = 0.0) -> Floats:
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """The link as simulated, each (n,): torque through the spring, N m, position, rad, velocity, rad/s."""
+    """The link as simulated, each (n,): torque through the spring, N m, position, rad, velocity, rad/s.
+
+    `swing`, rad/s^2: the acceleration of the base that all is relative to; None where it does not give way.
+    """
 
     spring_torque: Floats
     position: Floats
     velocity: Floats
+    swing: Floats | None = None
 
 
 def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
@@ -57,8 +62,12 @@ def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
         base = base + periodic(terms, KINEMATIC_ERRORS, base)
     n = (base.size + 1) // 2
     torque, position, velocity = np.empty(n), np.empty(n), np.empty(n)
-    simulated_link(terms, base, rate, motion.step, torque, position, velocity)
     s = motion.substeps
+    if terms[Term.MOUNT_INERTIA] > 0.0:
+        swing = np.empty(n)
+        simulated_link_on_mount(terms, base, rate, motion.step, torque, position, velocity, swing)
+        return LinkMotion(torque[::s], position[::s], velocity[::s], swing[::s])
+    simulated_link(terms, base, rate, motion.step, torque, position, velocity)
     return LinkMotion(torque[::s], position[::s], velocity[::s])
 
 
@@ -97,6 +106,9 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
         stiffness = standstill_friction(terms) / terms[Term.BRISTLE_DEFLECTION]
         level = np.broadcast_to(coulomb, v.shape)
         dry = bristle_torque(sign, np.ascontiguousarray(level), motion.position, float(stiffness))
+    elif terms[Term.SOFT_FRICTION] > 0.0:
+        stopping = motion.acceleration + v / terms[Term.SOFT_FRICTION_TIME]
+        dry = np.clip(terms[Term.MOTOR_INERTIA] / terms[Term.SOFT_FRICTION] * stopping, -coulomb, coulomb)
     viscous = terms[Term.MOTOR_VISCOUS] * v
     viscous = viscous + terms[Term.MOTOR_VISCOUS_ASYMMETRY] * np.abs(v)
     viscous = viscous + terms[Term.MOTOR_VISCOUS_QUADRATIC] * v * np.abs(v)
@@ -116,7 +128,10 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
     reaction = load
     if link is not None and transmission_error(terms):  # virtual work: a ratio that varies loads the motor so
         reaction = load * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, motion.position))
-    torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + reaction + terms[Term.OFFSET]
+    acceleration = motion.acceleration
+    if link is not None and link.swing is not None:
+        acceleration = acceleration + link.swing
+    torque = terms[Term.MOTOR_INERTIA] * acceleration + reaction + terms[Term.OFFSET]
     torque = torque + motor_friction(terms, motion, load, sign)
     if terms[Term.GRAVITY_REMOVED] != 0.0:
         weight = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)

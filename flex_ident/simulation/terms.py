@@ -103,6 +103,14 @@ class Term(IntEnum):
     """Deflection, rad, of the bristles under the dry friction at standstill, of any name."""
     BRISTLE_STRIBECK = "motor", True, "BRISTLE_DEFLECTION"
     BRISTLE_STRIBECK_VELOCITY = "motor", False, "BRISTLE_DEFLECTION"
+    # dry friction as a soft constraint of a simulator, on both sides
+    SOFT_FRICTION = "both", False
+    """Inertia's share: friction is inertia / this times what is left of acceleration and speed over time, at most dry."""
+    SOFT_FRICTION_TIME = "both", False, "SOFT_FRICTION"
+    # the base on which the joint stands
+    MOUNT_INERTIA = "link", True
+    MOUNT_STIFFNESS = "link", True, "MOUNT_INERTIA"
+    MOUNT_DAMPING = "link", True, "MOUNT_INERTIA"
     # further harmonics of what is periodic in the motor's angle
     RIPPLE_2 = "motor", True
     RIPPLE_CYCLES_2 = "motor", False, "RIPPLE_2"

@@ -82,6 +82,11 @@ class P(IntEnum):
     BRISTLE_DEFLECTION = 62
     BRISTLE_STRIBECK = 63
     BRISTLE_STRIBECK_SPEED = 64
+    SOFTNESS = 65
+    SOFT_TIME = 66
+    MOUNT_INERTIA = 67
+    MOUNT_STIFFNESS = 68
+    MOUNT_DAMPING = 69
 
 
 BASE = {
@@ -121,6 +126,11 @@ EFFECTS = {
     "presliding_friction.deflection": P.BRISTLE_DEFLECTION,
     "presliding_friction.amplitude": P.BRISTLE_STRIBECK,
     "presliding_friction.velocity": P.BRISTLE_STRIBECK_SPEED,
+    "presliding_friction.softness": P.SOFTNESS,
+    "presliding_friction.time": P.SOFT_TIME,
+    "mount_mode.inertia": P.MOUNT_INERTIA,
+    "mount_mode.stiffness": P.MOUNT_STIFFNESS,
+    "mount_mode.damping": P.MOUNT_DAMPING,
 }
 HARMONIC_SUFFIXES = ("", "_2", "_3", "_4", "_5")
 PERIODIC = {

@@ -27,14 +27,18 @@ LF, LF_L, WARM = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK), int(P.WARMING)
 CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P.DAHL_DEFLECTION)
 DAMP, RIPPLE, GEAR = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.GEAR_ERROR)
 BEND, BEND_ST, BEND_V = int(P.BRISTLE_DEFLECTION), int(P.BRISTLE_STRIBECK), int(P.BRISTLE_STRIBECK_SPEED)
+JB, KB, DB = int(P.MOUNT_INERTIA), int(P.MOUNT_STIFFNESS), int(P.MOUNT_DAMPING)
+SOFT, SOFT_T = int(P.SOFTNESS), int(P.SOFT_TIME)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
-STATE = 15
+STATE = 18
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
-command and its rate; time; the command before and the one before that; torque of the motor's bristles."""
+command and its rate; time; the command before and the one before that; torque of the motor's bristles; the base's
+angle, rate and acceleration."""
 INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
+BASE, BASE_RATE, BASE_ACCELERATION = 15, 16, 17
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
@@ -123,15 +127,26 @@ def bristle_force(p: Floats, force: float, velocity: float, dry: float, h: float
 
 
 @compiled
+def softly_kicked(
+    p: Floats, velocity: float, inertia: float, push: float, viscous: float, dry: float, h: float
+) -> float:
+    """Velocity after `h` s of `push`, N m, where dry friction is a constraint that takes a share of what would move."""
+    free = push - viscous * velocity
+    wanted = (free + inertia * velocity / p[SOFT_T]) / (1.0 + p[SOFT])
+    return float(velocity + h * (free - min(max(wanted, -dry), dry)) / inertia)
+
+
+@compiled
 def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> None:
     """Advance the masses in `state` (STATE,) by `h` s under the motor's `torque`, N m, friction times `warm`."""
     a, va, b, vb, c, vc = state[0], state[1], state[2], state[3], state[4], state[5]
     flexible = p[STIFFNESS] > 0.0
+    va_before, vb_before, swing = va, vb, state[BASE_ACCELERATION]
     a += 0.5 * h * va
     b += 0.5 * h * vb
     c += 0.5 * h * vc
     push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
-    push -= periodic(p, RIPPLE, a)
+    push -= periodic(p, RIPPLE, a) + p[JM] * swing
     if flexible:
         gear = gear_ratio(p, a)
         d = deflection(p, a, b)
@@ -146,19 +161,31 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
     if p[BEND] > 0.0:
         state[BENT] = bristle_force(p, state[BENT], va, dry, h)
         va = kicked(va, p[JM], push - warm * state[BENT], warm * p[FVM], 0.0, 0.0, 0.0, h)
+    elif p[SOFT] > 0.0:
+        va = softly_kicked(p, va, p[JM], push, warm * p[FVM], warm * dry, h)
     else:
         va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
     a += 0.5 * h * va
     if flexible:
-        push = load - weight(p, b) - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb))
+        heavy, back = weight(p, b), 0.0
+        push = load - heavy - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb)) - p[JL] * swing
         if p[J2] > 0.0:
             back = p[K2] * (b - c) + p[D2] * (vb - vc)
             push -= back
-            vc += h * back / p[J2]
+            vc += h * (back / p[J2] - swing)
         dry = p[FS] + p[LF_L] * abs(load)
-        vb = kicked(vb, p[JL], push, warm * p[FV], warm * dry, warm * p[ST_L], p[ST_VL], h)
+        if p[SOFT] > 0.0:
+            vb = softly_kicked(p, vb, p[JL], push, warm * p[FV], warm * dry, h)
+        else:
+            vb = kicked(vb, p[JL], push, warm * p[FV], warm * dry, warm * p[ST_L], p[ST_VL], h)
         b += 0.5 * h * vb
         c += 0.5 * h * vc
+        if p[JB] > 0.0:  # what moves motor and link pushes the base back
+            moved = p[JM] * ((va - va_before) / h + swing) + p[JL] * ((vb - vb_before) / h + swing)
+            held = p[KB] * state[BASE] + p[DB] * state[BASE_RATE]
+            state[BASE_ACCELERATION] = -(moved + heavy + back + held) / p[JB]
+            state[BASE_RATE] += h * state[BASE_ACCELERATION]
+            state[BASE] += h * state[BASE_RATE]
     else:
         b, vb, c, vc = a, va, a, va
     state[0], state[1], state[2], state[3], state[4], state[5] = a, va, b, vb, c, vc
@@ -267,4 +294,6 @@ def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
     state[7] = float(deflection(p, motor, link))
     state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT] + float(periodic(p, RIPPLE, motor))
     state[SMOOTH], state[BEFORE], state[EARLIER] = motor, command, command
+    if p[KB] > 0.0:
+        state[BASE] = -float(weight(p, link)) / p[KB]
     return state
