@@ -62,6 +62,8 @@ class Effect:
     bin_by: str
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
+    mistaken_for: tuple[str, ...] = ()
+    """Those of them that may close all of the gap where it is this."""
     refined: tuple[str, tuple[float, ...]] = ("", ())
     """The parameter whose grid is refined around the best probe, and the relative steps of that."""
     raced: bool = False

@@ -256,10 +256,14 @@ def _moved_on(search: Search, best: Trial) -> Trial:
 def _search_deeply(
     search: Search, deep: Score, options: GapOptions, trials: list[Trial], own: float, progress: Progress
 ) -> None:
-    """Add a refit that races from many shapes to the trials, unless it could not matter; else say why not."""
+    """Add a refit that races from many shapes to the trials, unless it could not matter; else say why not.
+
+    What is confused with it does not settle the matter.
+    """
     name = deep.candidate.effect
     why = ""
-    if any(t.share > ENOUGH and not t.objection for t in trials):
+    alike = effect_named(name).mistaken_for
+    if any(t.share > ENOUGH and not t.objection and t.effect not in alike for t in trials):
         why = "other effects explain more"
     elif _nothing_left(search):
         why = "what is left is no more than noise and the method's own error"

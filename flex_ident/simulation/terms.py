@@ -105,7 +105,7 @@ class Term(IntEnum):
     BRISTLE_STRIBECK_VELOCITY = "motor", False, "BRISTLE_DEFLECTION"
     # dry friction as a soft constraint of a simulator, on both sides
     SOFT_FRICTION = "both", False
-    """Inertia's share: friction is inertia / this times what is left of acceleration and speed over time, at most dry."""
+    """Friction is inertia over this, times acceleration and speed over the time, at most the dry friction."""
     SOFT_FRICTION_TIME = "both", False, "SOFT_FRICTION"
     # the base on which the joint stands
     MOUNT_INERTIA = "link", True
