@@ -13,7 +13,7 @@ from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.identified import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
-from flex_ident.gap.search import Accepted, Search
+from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.thresholds import PERIODS
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_parts
