@@ -33,6 +33,7 @@ CAUSES: dict[str, set[str]] = {
     "lugre": {"presliding_friction", "stribeck_friction"},  # LuGre's friction has both
     "ripple_two": {"torque_ripple"},
     "mount_25hz": MOUNT,
+    "second_mode": MOUNT,
     "mujoco_friction": FRICTION,
 }
 SENSORS = ("motor", "motor+link")

@@ -65,3 +65,15 @@ def test_a_base_is_named_and_measured(sensors: str) -> None:
     for key in ("Jm", "K", "JL"):
         p = found.final.parameter(key)
         assert abs(p.value - getattr(truth, key)) < 3.0 * p.std, p
+
+
+@pytest.mark.slow
+@pytest.mark.campaign
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+def test_a_second_mode_of_the_link_is_not_taken_for_the_base(sensors: str) -> None:
+    truth = COBOT._replace(**HIDDEN["second_mode"])
+    found = explain(flexible_case("second_mode")[0], GapOptions(sensors=sensors))
+    assert [f.effect for f in found.findings] == ["second_mode"]
+    told = {p.key: p.value for p in found.findings[0].parameters}
+    assert told["inertia"] == pytest.approx(truth.second_inertia, rel=0.03)
+    assert told["stiffness"] == pytest.approx(truth.second_stiffness, rel=0.03)

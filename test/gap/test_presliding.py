@@ -49,3 +49,18 @@ def test_bristles_with_a_stribeck_curve_are_named_and_measured(sensors: str) -> 
         p = found.final.parameter(key)
         assert abs(p.value - getattr(truth, key)) < 3.0 * p.std, p
     assert not NUISANCES & set(found.final.model.parameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sensors", ["motor+link", pytest.param("motor", marks=pytest.mark.campaign)])
+def test_friction_loss_of_mujoco_is_named_and_its_settings_are_found(sensors: str) -> None:
+    truth = COBOT._replace(**HIDDEN["mujoco_friction"])
+    found = explain(flexible_case("mujoco_friction")[0], GapOptions(sensors=sensors))
+    assert [f.effect for f in found.findings] == ["presliding_friction"]
+    assert found.verdict == "explained"
+    told = {p.key: p.value for p in found.findings[0].parameters}
+    assert told["softness"] == pytest.approx(1.0 / 0.9 - 1.0, rel=0.03)  # solimp 0.9 as it comes
+    assert told["time"] == pytest.approx(0.5 * 0.95 * 0.02, rel=0.03)  # solref 0.02, solimp 0.95
+    for key in ("Jm", "K", "JL", "FSm", "FS"):
+        p = found.final.parameter(key)
+        assert abs(p.value - getattr(truth, key)) < 3.0 * p.std, p

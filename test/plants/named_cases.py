@@ -45,6 +45,10 @@ HIDDEN: dict[str, dict[str, float]] = {
         "mount_stiffness": MOUNT * (2.0 * math.pi * 25.0) ** 2,
         "mount_damping": 0.02 * 2.0 * MOUNT * 2.0 * math.pi * 25.0,
     },
+    "second_mode": {
+        "JL": 1.9, "second_inertia": 0.3, "second_stiffness": 0.3 * (2.0 * math.pi * 22.0) ** 2,
+        "second_damping": 0.06 * 0.3 * 2.0 * math.pi * 22.0,
+    },
     "mujoco_friction": {"Jm": 2.5, "K": 9900.0, "FVm": 9.0, "FSm": 6.9, "FV": 3.5, "FS": 1.5, "MY": 0.0},
 }  # fmt: skip
 """What differs from the plain cobot, by case."""
