@@ -140,7 +140,7 @@ PERIODIC = {
 for _effect, _names in PERIODIC.items():
     for _n in HARMONIC_SUFFIXES:
         for _key, _name in zip(("amplitude", "cycles_per_turn", "phase"), _names, strict=True):
-            EFFECTS[f"{_effect}.{_key}{_n}"] = P[f"{_name}{_n}"]
+            EFFECTS[key_text(_effect, _key + _n)] = P[f"{_name}{_n}"]
 
 
 def plant_values(model: JointModel) -> Floats:
