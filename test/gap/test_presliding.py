@@ -52,7 +52,8 @@ def test_bristles_with_a_stribeck_curve_are_named_and_measured(sensors: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sensors", ["motor+link", pytest.param("motor", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("sensors", ["motor+link", "motor"])
 def test_friction_loss_of_mujoco_is_named_and_its_settings_are_found(sensors: str) -> None:
     truth = COBOT._replace(**HIDDEN["mujoco_friction"])
     found = explain(flexible_case("mujoco_friction")[0], GapOptions(sensors=sensors))
