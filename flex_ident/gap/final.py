@@ -11,9 +11,10 @@ from flex_ident.effects import effect_named
 from flex_ident.estimation.estimate import Estimate, estimate_of, settled, validation_blocks
 from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
+from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.search import Search, rebuilt
 from flex_ident.gap.thresholds import SIGNIFICANT
+from flex_ident.gap.weighing import rebuilt
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit

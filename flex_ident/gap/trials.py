@@ -24,7 +24,7 @@ from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_o
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.parameters.keys import effect_in, key_text
+from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import extended_solver
 
@@ -122,6 +122,21 @@ def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, flo
     return found
 
 
+def deepened(trial: Trial, before: Fit, own_error: float) -> Trial:
+    """The trial, moved on under the noise that it leaves as long as that saves much: what bends or jumps holds a fit up
+    under the noise of the model without it."""
+    solver, found = trial.solver, trial.fit
+    for _ in range(ROUNDS):
+        whitenings = solver.whitenings(found.values)
+        ahead = solver.solve(found.free, found.values, whitenings, iterations=ITERATIONS, tolerance=1e-4, rough=True)
+        again = solver.solve(found.free, ahead.values, before.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+        done = again.cost > WORTH_ANOTHER * found.cost
+        found = again if again.cost < found.cost else found
+        if done:
+            break
+    return trial if found is trial.fit else compared(solver, before, found, trial.candidate, own_error)
+
+
 def without(solver: SteadyFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
     """The model of a fit refitted with only some of its effects, on the free keys of the base."""
     reduced, keys = extended_solver(solver, base, *kept)
@@ -170,7 +185,7 @@ def _objection(
     bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
-    cycles = fit.values.get(key_text(candidate.effect, effect_named(candidate.effect).cycles), math.inf)
+    cycles = fit.values.get(candidate.cycles, math.inf)
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
         return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)

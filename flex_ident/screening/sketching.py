@@ -36,7 +36,7 @@ def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -
     """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
     effects = (*effects_in(free), *(c.effect for c in added))
     priors = {**known_beforehand(solver), **model_priors(solver.problem, effects, late_samples=1.0)}
-    dropped = [effect_named(name).stand_in for name in effects]
+    dropped = [key for name in effects for key in effect_named(name).stand_ins]
     priors = {k: p for k, p in priors.items() if k not in dropped}
     dropped += [c.replaces for c in added]
     extended = SteadyFit(solver.problem, priors=priors, marks=solver.marks)
@@ -75,8 +75,9 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
     options: list[dict[str, float]] = []
+    sized = candidate.probe.sized
     for size in SIZES:
-        values = {**fit.values, **{k: v * size if k in candidate.scaled else v for k, v in whole.items()}}
+        values = {**fit.values, **{k: sized(v, size) if k in candidate.scaled else v for k, v in whole.items()}}
         if dropped:
             values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
             values[dropped] = 0.0

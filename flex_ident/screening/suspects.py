@@ -21,15 +21,10 @@ from flex_ident.likelihood.remainder import Remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import candidates
-from flex_ident.screening.linear_probe import mount_change
-from flex_ident.screening.scoring import Score, following_of, orthonormal, projected, scores
+from flex_ident.screening.scoring import Score, scores
 from flex_ident.screening.sketching import sketched
-from flex_ident.screening.thresholds import IMITATED, LEAST_WEIGHT, NO_CAUSE, STRONG
+from flex_ident.screening.thresholds import LEAST_WEIGHT, NO_CAUSE, STRONG
 
-MOUNT = "mount_mode"
-MOUNT_RATIOS = (0.01, 0.03, 0.1)
-MOUNT_POINTS = 24
-MOUNT_LOWEST_HZ = 3.0
 MOST_SKETCHES = 4
 
 
@@ -56,7 +51,7 @@ class Suspect:
 
 
 def suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool = False, structured: bool = False) -> tuple[Suspect, ...]:
-    """Every effect of the catalogue, and a base that gives way, that the residual speaks for; most first.
+    """Every effect of the catalogue that the residual speaks for; most first.
 
     Under the weights of the fit, which let bad stretches weigh little. Where what is left is `structured` and none
     stands out, under the steady noise's as well, in which an effect that lies in one stretch shows.
@@ -93,9 +88,6 @@ def _suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[Suspect]:
     strong = [(s, score) for s, score in zip(found, scored, strict=True) if s.strong][:MOST_SKETCHES]
     for suspect, score in strong:
         found[found.index(suspect)] = _refitted(solver, fit, score, suspect, correlated)
-    mount = _mount(solver, fit, count, correlated)
-    if mount is not None:
-        found.append(mount)
     return found
 
 
@@ -114,25 +106,6 @@ def _refitted(solver: SteadyFit, fit: Fit, score: Score, suspect: Suspect, corre
     rows = solver.problem.usable
     gap = float(np.sqrt(np.mean(solver.problem.residuals(there.values)[0][rows] ** 2)))
     return Suspect(suspect.effect, saved - price, shift, gap)
-
-
-def _mount(solver: SteadyFit, fit: Fit, count: float, correlated: float) -> Suspect | None:
-    """The base that gives way, at the frequency and damping that explain most."""
-    problem, values = solver.problem, fit.values
-    basis, following = orthonormal(fit, ""), following_of(fit)
-    inertia = 10.0 * (values.get("Jm", 0.0) + values.get("JL", 0.0) + values.get("J", 0.0))
-    best: Suspect | None = None
-    for frequency in np.geomspace(MOUNT_LOWEST_HZ, max(1.3 * problem.band_hz, 2.0 * MOUNT_LOWEST_HZ), MOUNT_POINTS):
-        for ratio in MOUNT_RATIOS:
-            change = mount_change(problem, values, float(frequency), ratio, inertia)
-            column = solver.whitened(change, fit.whitenings)[:, None]
-            seen = projected(fit, column, basis, following)
-            if seen is None or seen.sizes[0] <= 0.0 or seen.orthogonal < IMITATED:
-                continue
-            gain = seen.gain / correlated - 3.0 * math.log(count) - 2.0 * math.log(len(CATALOGUE))
-            if best is None or gain > best.gain:
-                best = Suspect(MOUNT, gain, seen.shift)
-    return best
 
 
 def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainder) -> Uncertainty:
