@@ -207,10 +207,15 @@ class McapFile:
             ended |= opcode == DATA_END and size == CHECKSUM_BYTES
             if opcode == CHUNK:
                 contents = self._contents(view[body : min(follower, end)], at)
-                if contents.size:
+                saved = contents.size > 0
+                if saved:
                     yield _Stretch(at, contents, cut=follower > end)
                 del contents
                 released = self._released(released, at)
+            if follower > end and opcode == CHUNK and saved:
+                sizes = {"at": end, "missing": follower - end}
+                self._notices.append(Notice(Code.BAG_DAMAGED, self.name, sizes, {"case": "cut_chunk"}))
+                return
             if follower > end:
                 self._lost(at, "is cut")
                 return

@@ -70,6 +70,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "part": "a part was left out: {error}",
         "metadata": "{subject} {why} How many messages it announces is not known.",
         "part_missing": "{subject} of the bag is missing.",
+        "cut_chunk": (
+            "{subject} is cut at byte {at:.0f}, inside a chunk: {missing:.0f} bytes of that are lost, and all behind "
+            "it; what is whole was read."
+        ),
         "messages_lost": "{read:.0f} of {announced:.0f} messages of {subject} were read: the others are lost.",
         "compressed": "{count:.0f} compressed messages of {subject} are damaged and lost.",
         "names": "{count:.0f} messages of {subject} hold names that no others do: damaged, left out.",
