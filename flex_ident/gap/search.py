@@ -24,7 +24,7 @@ from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
-from flex_ident.screening.sketching import best_start, effects_in, sketched, starts_of
+from flex_ident.screening.sketching import effects_in, raced_starts, sketched, starts_of
 from flex_ident.screening.thresholds import VISIBLE
 
 Progress = Callable[[float, str], None]
@@ -157,9 +157,8 @@ def _search_deeply(
         why = "what is left is no more than noise and the method's own error"
     else:
         progress(0.9, f"trying {_words(deep)}")
-        shapes = [c for c in _candidates(search, options.effects, options) if c.effect == name]
-        starts = [{**search.fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes if c.probe.raced]
-        starts.append(best_start(search.solver, search.fit, deep))
+        shapes = _candidates(search, options.effects, options)
+        starts = raced_starts(search.solver, search.fit, deep, shapes)
         try:
             trials.append(tried(search.solver, search.fit, deep.candidate, starts, own))
         except ExcitationError:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, effect_named, parameter_named
-from flex_ident.errors import ExcitationError
 from flex_ident.gap.thresholds import (
     EVIDENCE,
     HELD_OUT_T,
@@ -26,14 +25,12 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
-from flex_ident.screening.sketching import extended_solver
+from flex_ident.screening.sketching import extended_solver, raced
 
 ITERATIONS = 10
 ROUNDS = 6
 """Rounds of a refit that has a long way to go, the noise taken anew in each: a spring that stiffens makes its resonance
 jump, and weights that expect the first residual hold it back."""
-RACE = ((1, 4), (2, 2), (4, 1))
-"""Rounds of the race among shapes of one effect: iterations, and how many go on."""
 
 
 @dataclass(frozen=True)
@@ -90,20 +87,7 @@ def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Mapping
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
         return _descended(solver, keys, starts[0], fit)
-    race: list[Mapping[str, float]] = list(starts)
-    for iterations, kept in RACE:
-        fits = []
-        for start in race:
-            try:
-                fits.append(
-                    solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3, rough=True)
-                )
-            except ExcitationError:  # the simulation ran away from there
-                continue
-        race = [f.values for f in sorted(fits, key=lambda f: f.cost)[:kept]]
-    if not race:
-        raise ExcitationError("no shape of the effect can be simulated.")
-    return _descended(solver, keys, race[0], fit)
+    return _descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
 
 
 def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from flex_ident.effects import effect_named, key_named
+from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.fit import Fit, key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import SteadyFit
@@ -20,6 +21,8 @@ SIZES = (1.0, 0.4, 0.12)
 """Shares of the linear estimate of an effect's size from which the refit may start."""
 SKETCH = 2
 """Iterations of a sketch."""
+RACE = ((1, 4), (2, 2), (4, 1))
+"""Rounds of the race among shapes of one effect: iterations, and how many go on."""
 
 
 def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
@@ -62,6 +65,32 @@ def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Mapping[str, fl
     """Where a refit may start: near the fit without the candidate and, if that is far off, from anew."""
     near = best_start(solver, fit, score)
     return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
+
+
+def raced_starts(solver: SteadyFit, fit: Fit, score: Score, tried: Iterable[Candidate]) -> list[Mapping[str, float]]:
+    """Where a refit with an effect of many minima may start: each raced shape of the candidates, and near the fit."""
+    shapes = (c for c in tried if c.effect == score.candidate.effect and c.probe.raced)
+    starts = [{**fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes]
+    return [*starts, best_start(solver, fit, score)]
+
+
+def raced(solver: SteadyFit, keys: Sequence[str], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
+    """The rough refit over `keys` that wins a short race among several starts. Raises ExcitationError."""
+    race, fits = list(starts), list[Fit]()
+    for iterations, kept in RACE:
+        fits = []
+        for start in race:
+            try:
+                fits.append(
+                    solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3, rough=True)
+                )
+            except ExcitationError:  # the simulation ran away from there
+                continue
+        fits = sorted(fits, key=lambda f: f.cost)[:kept]
+        race = [f.values for f in fits]
+    if not fits:
+        raise ExcitationError("no shape of the effect can be simulated.")
+    return fits[0]
 
 
 def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
