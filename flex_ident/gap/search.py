@@ -42,6 +42,7 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
     search = Search(solver, base, base)
     for name in options.add:
         search = _added_by_hand(search, name, options)
+    led_on: set[str] = set()
     for round_number in range(MOST_ROUNDS):
         if len({a.trial.effect for a in search.accepted}) >= MOST_EFFECTS:
             break
@@ -62,6 +63,10 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
         search.solver = best.solver
         search.fit = final_polish(best.solver, best.fit)
         search = weighed(search, solver, base)
+        if all(a.trial.candidate is not best.candidate for a in search.accepted):  # it only led the others on
+            if best.effect in led_on:
+                break
+            led_on.add(best.effect)
     progress(1.0, "searched")
     return only_a_cause(search, solver, base)
 

@@ -18,12 +18,14 @@ from flex_ident.likelihood.steady import SteadyFit
 def weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
     """The accepted effects by what each adds to the others, most first, without those that add nothing now.
 
-    An effect that comes early may have stood in for one that came later, which then explains more alone.
+    An effect that comes early may have stood in for one that came later, which then explains more alone. And the newest
+    may only have led the others out of a minimum of their own: then it goes, and they stay there.
     """
     if len(search.accepted) < 2:
         return search
-    newest = search.accepted[-1].trial.effect
+    newest = search.accepted[-1]
     worth: list[tuple[float, Accepted]] = []
+    why_not = ""
     for a in search.accepted:
         kept = [b.trial.candidate for b in search.accepted if b is not a]
         try:
@@ -32,11 +34,17 @@ def weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
             worth.append((math.inf, a))
             continue
         trial = compared(search.solver, rest, search.fit, a.trial.candidate, search.own_error(besides=a))
-        if trial.objection and not a.by_hand and a is not search.accepted[-1]:
-            reason = f"with {newest} in the model, {trial.objection}"
+        if trial.objection and not a.by_hand and a is not newest:
+            reason = f"with {newest.trial.effect} in the model, {trial.objection}"
             search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, trial.share), reason)
         else:
+            why_not = trial.objection if a is newest and not a.by_hand else why_not
             worth.append((rest.cost - search.fit.cost, a))
+    if why_not and len(worth) == len(search.accepted):
+        worth = [(cost, a) for cost, a in worth if a is not newest]
+        reason = f"what is in the model already explains as much, fitted again from there: {why_not}"
+        if all(a.trial.effect != newest.trial.effect for _, a in worth):  # else one harmonic stays, the next is none
+            search.rejected[newest.trial.effect] = Rejected(newest.trial.effect, max(0.0, newest.trial.share), reason)
     by_worth = [a for _, a in sorted(worth, key=lambda item: (not item[1].by_hand, -item[0]))]
     if by_worth == search.accepted:
         return search
