@@ -27,7 +27,7 @@ from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, STRO
 
 MOST_SKETCHES = 4
 FURTHER = 12
-"""Iterations by which the likeliest suspect is refitted further."""
+"""Iterations by which the likeliest suspect is refitted further, and the winner of a race."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ def suspects(
     """Every effect of the catalogue that the residual speaks for; most first.
 
     Under the weights of the fit, which let bad stretches weigh little. Where what is `left` is structured and none
-    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. Where structure
-    remains beside all of them, what has many minima is raced, and the likeliest is refitted further.
+    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. There the likeliest
+    is refitted further too, and what has many minima is raced where it may be the cause.
     """
     found = _screened(solver, fit, prismatic=prismatic)
     if left is not None and left.structured(left.gap):
@@ -115,13 +115,15 @@ class _Tried:
         extended, keys = extended_solver(self.solver, self.fit.free, self.score.candidate)
         starts = raced_starts(self.solver, self.fit, self.score, tried)
         try:
-            found = self.refitted(raced(extended, keys, starts, self.fit))
+            ahead, noise = raced(extended, keys, starts, self.fit).values, self.fit.whitenings
+            there = extended.solve(keys, ahead, noise, iterations=FURTHER, tolerance=1e-3, rough=True)
+            found = self.refitted(there)
         except ExcitationError:
             return self
         return found if found.suspect.gain > self.suspect.gain else self
 
     def continued(self) -> _Tried:
-        """After the rough refit went on: what is sketched has not moved all the way."""
+        """After the rough refit went on: what is sketched has not moved the parameters all the way."""
         assert self.there is not None
         extended, keys = extended_solver(self.solver, self.fit.free, self.score.candidate)
         noise = self.fit.whitenings
@@ -156,38 +158,32 @@ def _screened(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Tried]:
         gain = score.gain / correlated - tried.price
         found.append(replace(tried, suspect=replace(nothing, gain=gain, shift=shift)))
     strong = [t for t in found if t.suspect.strong][:MOST_SKETCHES]
-    return [t.sketched() if t in strong else t for t in found]
+    return [t.sketched() if any(t is s for s in strong) else t for t in found]
 
 
 def _looked_into(found: list[_Tried], left: Remainder, *, prismatic: bool) -> list[_Tried]:
     """The suspects after another look: the likeliest as far as its refit goes; what has many minima, of which no linear
     estimate tells, where the likeliest does not account for nearly all, or where it may pass for it."""
-    first = _best(found)
-    found = _best_continued(found, left)
+    best = _best(found)
+    found = [t.continued() if t is best and t.there is not None else t for t in found]
     for i, tried in enumerate(found):
-        effect, best = effect_named(tried.suspect.effect), _best(found)
-        enough = accounted([t.suspect for t in found], left) > ENOUGH and best.suspect.effect not in effect.mistaken_for
-        if effect.raced and _open(found, left) and not enough:
+        if effect_named(tried.suspect.effect).raced and _may_be(tried, found, left):
             shapes = candidates(tried.solver.problem, tried.fit.values, prismatic=prismatic)
             found = [*found[:i], tried.raced(shapes), *found[i + 1 :]]
-    same = _best(found).suspect.effect == first.suspect.effect
-    return found if same else _best_continued(found, left)
+    return found
+
+
+def _may_be(tried: _Tried, found: Sequence[_Tried], left: Remainder) -> bool:
+    """Whether an effect of many minima may be the cause, though another is the likeliest."""
+    best = _best(found).suspect
+    if best.strong and best.effect in effect_named(tried.suspect.effect).mistaken_for:
+        return True
+    known = [t.suspect for t in found]
+    return left.structured(unexplained_gap(known, left)) and accounted(known, left) <= ENOUGH
 
 
 def _best(found: Sequence[_Tried]) -> _Tried:
     return max(found, key=lambda t: t.suspect.gain)
-
-
-def _open(found: Sequence[_Tried], left: Remainder) -> bool:
-    """Whether structure remains beside each of the suspects."""
-    return left.structured(unexplained_gap([t.suspect for t in found], left))
-
-
-def _best_continued(found: list[_Tried], left: Remainder) -> list[_Tried]:
-    best = _best(found)
-    if best.there is None or not _open(found, left):
-        return found
-    return [t.continued() if t is best else t for t in found]
 
 
 def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainder) -> Uncertainty:
