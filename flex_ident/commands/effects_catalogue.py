@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flex_ident.effects import CATALOGUE, Effect
+from flex_ident.effects import CATALOGUE, Effect, EffectParameter
 from flex_ident.gap.where import variables
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_text
@@ -26,12 +26,26 @@ def catalogue_text() -> str:
 
 def _effect_text(effect: Effect) -> str:
     lines = [f"{effect.name}: {effect.summary}", f"  equation    {effect.equation}"]
-    for p in effect.parameters:
+    for p in _once(effect):
         lines.append(f"  parameter   {key_text(effect.name, p.name)} [{p.unit}] {p.meaning}")
+    if _further(effect):
+        lines.append(f"  again       {_further(effect)}")
     lines += textwrap.wrap(f"  signature   {effect.signature}", 110, subsequent_indent=" " * 14)
     if effect.confused_with:
         lines.append(f"  like        {', '.join(effect.confused_with)}; told apart by {effect.separated_by}")
     return "\n".join(lines)
+
+
+def _once(effect: Effect) -> tuple[EffectParameter, ...]:
+    """The parameters of an effect that is there once."""
+    return effect.parameters[: len(effect.parameters) // len(effect.again)]
+
+
+def _further(effect: Effect) -> str:
+    """Where the parameters are found of an effect that is there again; empty where it is there once at most."""
+    if len(effect.again) == 1:
+        return ""
+    return f"further harmonics have the suffixes {effect.again[1]} to {effect.again[-1]}"
 
 
 def write_effects_page(folder: Path) -> list[Path]:
@@ -57,7 +71,9 @@ def write_effects_page(folder: Path) -> list[Path]:
             names = ", ".join(f"`{n}`" for n in effect.confused_with)
             lines += ["", f"Confused with {names}; told apart by {effect.separated_by}."]
         lines += ["", "| parameter | unit | meaning |", "| --- | --- | --- |"]
-        lines += [f"| `{p.name}` | {p.unit} | {p.meaning} |" for p in effect.parameters]
+        lines += [f"| `{p.name}` | {p.unit} | {p.meaning} |" for p in _once(effect)]
+        if _further(effect):
+            lines += ["", f"It may be there more than once: {_further(effect)}."]
         lines += ["", f"![{effect.name}](effects/{effect.name}.png)"]
     page = folder / "effects.md"
     page.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -15,7 +15,9 @@ from flex_ident.effects.iron_saturation import IRON_SATURATION
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
+from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
+from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
 from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
@@ -50,6 +52,8 @@ CATALOGUE: dict[str, Effect] = {
         IRON_SATURATION,
         TORQUE_DROOP,
         SECOND_MODE,
+        PRESLIDING_FRICTION,
+        MOUNT_MODE,
     )
 }
 

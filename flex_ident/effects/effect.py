@@ -62,14 +62,18 @@ class Effect:
     bin_by: str
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
+    mistaken_for: tuple[str, ...] = ()
+    """Those of them that may close all of the gap where it is this."""
     refined: tuple[str, tuple[float, ...]] = ("", ())
     """The parameter whose grid is refined around the best probe, and the relative steps of that."""
     raced: bool = False
     """Its refit races from several shapes: it has many minima."""
     replaces: str = ""
     """Measurement key, confined to one sample, that the effect takes over from."""
-    stand_in: str = ""
-    """Nuisance that stands for the effect where it lies out of sight, and goes when it is in the model."""
+    stand_ins: tuple[str, ...] = ()
+    """Nuisances that stand for the effect where it lies out of sight, and go when it is in the model."""
+    shown_by: tuple[str, ...] = ()
+    """Those that are nothing where the effect is not there: where one is certain, the search goes without it."""
     needs_spring: bool = False
     """Makes no sense for a rigid joint."""
     needs_link: bool = False
@@ -82,6 +86,8 @@ class Effect:
     """Share of the error of method and laws that could look like this effect."""
     cycles: str = ""
     """Name of the parameter that says how many periods it has in a turn of the motor; empty for what has none."""
+    again: tuple[str, ...] = ("",)
+    """Suffixes of its parameters, one for each time that it may be in the model: a harmonic each. Probes have none."""
     start: Callable[[Scans], Start | None] | None = None
     """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
     priors: Callable[[Floats], Mapping[str, Prior]] | None = None

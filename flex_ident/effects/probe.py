@@ -74,6 +74,12 @@ class Probe:
     """Where the effect's refit races from several shapes: whether this is one of them."""
     phased: bool = False
     """Its columns are the sine and the cosine of one amplitude and phase."""
+    inverse: bool = False
+    """What grows with its size is the inverse of the scaled parameters: what gives way, gives way less with more."""
+
+    def sized(self, value: float, size: float) -> float:
+        """A scaled parameter of an effect of `size` times that of the probe."""
+        return value / size if self.inverse else value * size
 
     def start(self, sizes: tuple[float, ...]) -> dict[str, float]:
         """Values of the parameters from which a fit starts, `sizes` being the linear estimates for each column."""
@@ -85,7 +91,7 @@ class Probe:
         if len(self.columns) > 1:
             return {k: sum(a * p[k] for a, p in zip(sizes, self.columns, strict=True)) for k in values}
         size = sizes[0] if self.smooth else float(np.clip(sizes[0], *SIZES))
-        return {k: v * size if k in self.scaled else v for k, v in values.items()}
+        return {k: self.sized(v, size) if k in self.scaled else v for k, v in values.items()}
 
 
 def at_size(parameters: Mapping[str, float], *, scaled: tuple[str, ...] = (), **base: float) -> Probe:

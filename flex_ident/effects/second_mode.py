@@ -53,9 +53,10 @@ SECOND_MODE = Effect(
     where="link",
     signature="a residual concentrated around one frequency above the first mode",
     bin_by="frequency",
-    confused_with=("nonlinear_stiffness", "backlash"),
-    separated_by="a link encoder",
+    confused_with=("nonlinear_stiffness", "backlash", "mount_mode"),
+    mistaken_for=("mount_mode",),
+    separated_by="a link encoder, and the base clamped or weighted",
     needs_spring=True,
-    stand_in="far_mode",
+    stand_ins=("far_mode",),
     law_error=EXACT,
 )

@@ -308,7 +308,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     own = SteadyFit(problem.restricted(problem.usable & ~validation), priors=solver.priors, marks=solver.marks)
     trained = own.solve(fit.free, fit.values, fit.whitenings, iterations=6, tolerance=1e-6)
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
-    found = suspects(solver, fit, prismatic=prismatic, structured=left.structured(left.gap))
+    found = suspects(solver, fit, prismatic=prismatic, left=left)
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):

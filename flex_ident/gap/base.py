@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from flex_ident.effects import CATALOGUE, Effect
 from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
@@ -24,11 +25,12 @@ SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""
 
 
-def fitted_base(problem: FitProblem, options: GapOptions) -> KindFit:
+def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tuple[str, ...]]:
     """The base model, fitted as `identify` fits it, under the kind of effort that holds. Raises ExcitationError.
 
-    What identification corrects for and what is an effect by itself, a constant torque and a signal that is more than a
-    sample late, is left out of the base where the recording shows it: the search then finds it.
+    What identification corrects for and what is an effect by itself, a constant torque, a signal that is more than a
+    sample late, friction that bends before it slides, is left out of the base where the recording shows it: the search
+    then finds it. With the effects that the base's nuisances stood for until then.
     """
     own = IdentifyOptions(
         sensors=options.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, model=options.model,
@@ -41,14 +43,27 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> KindFit:
     kinds = resolved(problem, solver, fit, options.effort_kind)
     fit, keys = kinds.fit, tuple(k for k in kinds.fit.free if k in keys)
     constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
-    if not constant and not _late(problem, fit.values):
-        return kinds
+    stood_for = () if options.nuisances_stay else _stood_for(problem, fit, options)
+    if not constant and not stood_for and not _late(problem, fit.values):
+        return kinds, ()
     known = known_beforehand(kinds.solver)
     few = tuple(k for k in keys if not (constant and k == "offset"))
     near = {k: v for k, v in fit.values.items() if k in few or k == GRAVITY_REMOVED}
     few = tuple(k for k in few if k not in known)
     priors = {**base_priors(problem, few, late_samples=1.0), **known}
-    return kinds.refitted(*base_fit(problem, few, near, priors))
+    for key in (k for effect in stood_for for k in effect.shown_by):
+        priors.pop(key, None)
+    return kinds.refitted(*base_fit(problem, few, near, priors)), tuple(effect.name for effect in stood_for)
+
+
+def _stood_for(problem: FitProblem, fit: Fit, options: GapOptions) -> tuple[Effect, ...]:
+    """The effects that may be sought and that a nuisance stands for beyond doubt."""
+    uncertainty = uncertainty_of(fit, problem.rate_hz)
+    return tuple(
+        e for e in CATALOGUE.values()
+        if (not options.effects or e.name in options.effects)
+        and any(abs(fit.values[k]) > CERTAIN * uncertainty.std(k) > 0.0 for k in e.shown_by if k in fit.free)
+    )  # fmt: skip
 
 
 def _shows_offset(problem: FitProblem, fit: Fit) -> bool:

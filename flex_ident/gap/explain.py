@@ -25,9 +25,10 @@ from flex_ident.gap.explanation import (
 )
 from flex_ident.gap.final import gap_of, judged_again
 from flex_ident.gap.findings import finding_of
+from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.rigid_base import rigid_alone, rigid_as_well
-from flex_ident.gap.search import Progress, Search, searched
+from flex_ident.gap.search import Progress, searched
 from flex_ident.gap.thresholds import AT_THE_LIMIT, NOT_A_MODEL, VISIBLE
 from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.judgement.rules import ESSENTIAL
@@ -67,7 +68,7 @@ def explain(
     _refuse_short(problem, held)
     report(0.02, "fitting the base model")
     try:
-        kinds = fitted_base(problem, options)
+        kinds, stood_for = fitted_base(problem, options)
     except ExcitationError:
         rigid = rigid_alone(recording, problem, options)
         if rigid is None:
@@ -80,6 +81,8 @@ def explain(
     search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
     search, gaps, estimate = judged_again(search, searching, start, (solver, base), problem, options)
+    if not {*stood_for} <= {a.trial.effect for a in search.accepted}:  # then the nuisance was what it was taken for
+        return explain(recording, replace(options, nuisances_stay=True), progress=progress)
     report(0.92, "describing what is left")
     final = _final(recording, of_kind(estimate, kinds), sensors)
     determined = all(

@@ -11,11 +11,13 @@ from flex_ident.effects import effect_named
 from flex_ident.estimation.estimate import Estimate, estimate_of, settled, validation_blocks
 from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
+from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.search import Search, rebuilt
 from flex_ident.gap.thresholds import SIGNIFICANT
+from flex_ident.gap.weighing import rebuilt
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.remainder import counted
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import FAR_MODE
@@ -90,4 +92,5 @@ def _torque_residual(problem: FitProblem, values: Mapping[str, float]) -> Floats
 
 
 def gap_of(problem: FitProblem, values: Mapping[str, float], held: NDArray[np.bool_]) -> float:
-    return float(np.sqrt(np.mean(_torque_residual(problem, values)[held] ** 2)))
+    """Gap of the torque, N m rms, on the rows `held` (m,) as far as they count: not where the motor sticks."""
+    return float(np.sqrt(np.mean(_torque_residual(problem, values)[counted(problem, held)] ** 2)))

@@ -13,10 +13,10 @@ from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.identified import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
-from flex_ident.gap.search import Accepted, Search
+from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.thresholds import PERIODS
 from flex_ident.likelihood.problem import FitProblem
-from flex_ident.parameters.keys import key_parts, key_text
+from flex_ident.parameters.keys import key_parts
 
 
 def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Estimate) -> Finding:
@@ -68,7 +68,7 @@ def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str
 def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:
     """A reservation about what is periodic in the motor's angle and was seen over little more than one period."""
     trial = accepted.trial
-    cycles = trial.fit.values.get(key_text(trial.effect, effect_named(trial.effect).cycles))
+    cycles = trial.fit.values.get(trial.candidate.cycles)
     if cycles is None:
         return ""
     periods = cycles * float(np.ptp(problem.motion.position)) / (2.0 * math.pi)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, effect_named, parameter_named
-from flex_ident.errors import ExcitationError
 from flex_ident.gap.thresholds import (
     EVIDENCE,
     HELD_OUT_T,
@@ -24,16 +23,14 @@ from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_o
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.parameters.keys import effect_in, key_text
+from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
-from flex_ident.screening.sketching import extended_solver
+from flex_ident.screening.sketching import extended_solver, raced
 
 ITERATIONS = 10
 ROUNDS = 6
 """Rounds of a refit that has a long way to go, the noise taken anew in each: a spring that stiffens makes its resonance
 jump, and weights that expect the first residual hold it back."""
-RACE = ((1, 4), (2, 2), (4, 1))
-"""Rounds of the race among shapes of one effect: iterations, and how many go on."""
 
 
 @dataclass(frozen=True)
@@ -90,20 +87,7 @@ def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Mapping
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
         return _descended(solver, keys, starts[0], fit)
-    race: list[Mapping[str, float]] = list(starts)
-    for iterations, kept in RACE:
-        fits = []
-        for start in race:
-            try:
-                fits.append(
-                    solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3, rough=True)
-                )
-            except ExcitationError:  # the simulation ran away from there
-                continue
-        race = [f.values for f in sorted(fits, key=lambda f: f.cost)[:kept]]
-    if not race:
-        raise ExcitationError("no shape of the effect can be simulated.")
-    return _descended(solver, keys, race[0], fit)
+    return _descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
 
 
 def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
@@ -120,6 +104,21 @@ def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, flo
         if done:
             break
     return found
+
+
+def deepened(trial: Trial, before: Fit, own_error: float) -> Trial:
+    """The trial, moved on under the noise that it leaves as long as that saves much: what bends or jumps holds a fit up
+    under the noise of the model without it."""
+    solver, found = trial.solver, trial.fit
+    for _ in range(ROUNDS):
+        whitenings = solver.whitenings(found.values)
+        ahead = solver.solve(found.free, found.values, whitenings, iterations=ITERATIONS, tolerance=1e-4, rough=True)
+        again = solver.solve(found.free, ahead.values, before.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+        done = again.cost > WORTH_ANOTHER * found.cost
+        found = again if again.cost < found.cost else found
+        if done:
+            break
+    return trial if found is trial.fit else compared(solver, before, found, trial.candidate, own_error)
 
 
 def without(solver: SteadyFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
@@ -170,7 +169,7 @@ def _objection(
     bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
-    cycles = fit.values.get(key_text(candidate.effect, effect_named(candidate.effect).cycles), math.inf)
+    cycles = fit.values.get(candidate.cycles, math.inf)
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
         return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)

@@ -94,4 +94,6 @@ class LinkResponses:
 def _moving(terms: Floats) -> Floats:
     moving = terms.copy()
     moving[MOTOR_SIDE] = 0.0
+    if terms[Term.MOUNT_INERTIA] != 0.0:  # the motor's reaction moves the base
+        moving[Term.MOTOR_INERTIA] = terms[Term.MOTOR_INERTIA]
     return moving

@@ -129,7 +129,7 @@ def model_priors(
     priors = measurement_priors(problem, late_samples=late_samples)
     for name in effects:
         effect = effect_named(name)
-        for key in (effect.replaces, effect.stand_in):
+        for key in (effect.replaces, *effect.stand_ins):
             priors.pop(key, None)
         if effect.priors is not None:
             own = effect.priors(np.abs(problem.recording.motor_torque))

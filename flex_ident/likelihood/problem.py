@@ -163,8 +163,13 @@ class FitProblem:
         return filtered
 
     def friction_share(self, terms: Floats) -> Floats:
-        """The motor's dry friction over its size (n,), -1 to 1, as it turns over at reversals; the last are kept."""
+        """The motor's dry friction over its size (n,), -1 to 1, as it turns over at reversals; the last are kept.
+
+        Of the direction alone where bristles or a soft constraint say how it turns over.
+        """
         key = (float(terms[Term.REVERSAL_SPEED]), float(terms[Term.PRESLIDING]), float(terms[Term.REVERSAL_LEAD]))
+        if terms[Term.BRISTLE_DEFLECTION] > 0.0 or terms[Term.SOFT_FRICTION] > 0.0:
+            key = (0.0, 0.0, 0.0)
         known = self._shares.get(key)
         if known is None:
             speed, way, lead = key

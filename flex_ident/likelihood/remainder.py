@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.noise import is_quiet, link_noise, noise_above_band, noise_floor
+from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.repeats import Repeats, repeated
 from flex_ident.likelihood.reversals import stuck
 from flex_ident.likelihood.steady import SteadyFit
@@ -70,10 +71,7 @@ def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = Non
     """
     problem = solver.problem
     rows = problem.usable
-    shown = rows if where is None else where
-    known = shown & ~stuck(problem)
-    if np.count_nonzero(known) > LEAST_KNOWN * np.count_nonzero(shown):
-        shown = known
+    shown = counted(problem, rows if where is None else where)
     residual, *others = problem.residuals(fit.values)
     standstill = solver.standstill_friction(residual, solver.whitenings(fit.values)[0])
     shaken = [s[shown] for s in solver.encoder_noise(fit.values)]
@@ -89,6 +87,12 @@ def remainder(solver: SteadyFit, fit: Fit, where: NDArray[np.bool_] | None = Non
         link = LinkRemainder(_rms(others[0][shown]), floor, float(np.std(deflection)))
     own_error = _own_error(torque, fit.values)
     return Remainder(residual, gap, math.hypot(noise, still), own_error, repeats, evidence, link)
+
+
+def counted(problem: FitProblem, where: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Those of the rows (m,) at which friction is known: all but where the motor sticks, unless that is nearly all."""
+    known = where & ~stuck(problem)
+    return known if np.count_nonzero(known) > LEAST_KNOWN * np.count_nonzero(where) else where
 
 
 def _rms(signal: Floats) -> float:

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from flex_ident.effects import CATALOGUE, Probe, Scales, effect_named
+from flex_ident.effects import CATALOGUE, Effect, Probe, Scales, effect_named
 from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
 from flex_ident.filtering import first_mode
 from flex_ident.likelihood.problem import FitProblem
@@ -26,6 +26,8 @@ class Candidate:
     probe: Probe
     anew: Mapping[str, float] = field(default_factory=dict)
     """Values of all keys from which a fit may start as well, found without the base fit where this is far off."""
+    suffix: str = ""
+    """Of its parameters, where the effect is in the model already and may be there again."""
 
     @property
     def probes(self) -> tuple[Mapping[str, float], ...]:
@@ -53,6 +55,12 @@ class Candidate:
         return tuple(self.probes[0])
 
     @property
+    def cycles(self) -> str:
+        """The flat key of its periods in a turn of the motor; empty for what is not periodic."""
+        name = effect_named(self.effect).cycles
+        return self._flat(name) if name else ""
+
+    @property
     def side(self) -> str:
         """`link` for the variant on the link's side, else empty."""
         effect = effect_named(self.effect)
@@ -63,27 +71,35 @@ class Candidate:
         return {self._flat(name): value for name, value in self.probe.start(sizes).items()}
 
     def _flat(self, name: str) -> str:
-        return key_text(self.effect, name)
+        return key_text(self.effect, name + self.suffix)
 
 
 def candidates(
     problem: FitProblem, values: Mapping[str, float], *, effects: tuple[str, ...] = (), prismatic: bool = False
 ) -> Iterator[Candidate]:
-    """Every candidate that makes sense for this problem and is not part of the model yet.
+    """Every candidate that makes sense for this problem and is not part of the model yet, as often as it may be.
 
     `effects` restricts the catalogue where it is not empty; what slides (`prismatic`) has no first moments.
     """
     scales = scales_of(problem, values, prismatic=prismatic)
-    present = set(map(effect_in, values))
     for name, effect in CATALOGUE.items():
-        if name in present or (effects and name not in effects):
+        suffix = _unused(effect, values)
+        if suffix is None or (effects and name not in effects):
             continue
         if (effect.needs_spring and problem.rigid) or (effect.needs_link and problem.link is None):
             continue
         anew: Mapping[str, float] | None = None
         for probe in effect.probes(scales):
             anew = start_anew(effect, problem, values, scales) if anew is None else anew
-            yield Candidate(name, probe, anew)
+            yield Candidate(name, probe, anew, suffix)
+
+
+def _unused(effect: Effect, values: Mapping[str, float]) -> str | None:
+    """The first suffix under which the effect is not in the model; None where it is there as often as it may be."""
+    if len(effect.again) == 1:
+        return None if effect.name in map(effect_in, values) else ""
+    first = effect.parameters[0].name
+    return next((s for s in effect.again if key_text(effect.name, first + s) not in values), None)
 
 
 def scales_of(problem: FitProblem, values: Mapping[str, float], *, prismatic: bool = False) -> Scales:

@@ -13,7 +13,8 @@ import numpy as np
 from flex_ident.filtering.spectral import Complexes
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.harmonics import periodic, periodic_slope
+from flex_ident.simulation.terms import KINEMATIC_ERRORS, Term
 
 
 def transmission_error_change(
@@ -40,9 +41,8 @@ def transmission_error_change(
     def position(omega: Floats) -> Complexes:
         return np.asarray(link(omega) * np.exp(-1j * omega * skew))
 
-    amplitude, cycles = float(small[Term.KINEMATIC_ERROR]), float(small[Term.KINEMATIC_CYCLES])
-    angle = cycles * problem.motion.position + float(small[Term.KINEMATIC_PHASE])
-    error, slope = amplitude * np.sin(angle), amplitude * cycles * np.cos(angle)
+    error = periodic(small, KINEMATIC_ERRORS, problem.motion.position)
+    slope = periodic_slope(small, KINEMATIC_ERRORS, problem.motion.position)
     moved = problem.link_response_of(values)
     assert moved is not None
     borne = problem.reduced(moved.spring_torque * slope, delay=delay)
@@ -52,13 +52,11 @@ def transmission_error_change(
     return tuple(changes)
 
 
-def mount_change(
-    problem: FitProblem, values: Mapping[str, float], frequency_hz: float, ratio: float, inertia: float
-) -> tuple[Floats, ...]:
+def mount_change(problem: FitProblem, values: Mapping[str, float], mount: Floats) -> tuple[Floats, ...]:
     """Change (m,) of each residual when the base on which the joint stands gives way.
 
-    The base, of `inertia` kg m^2 with the motor's, swings at `frequency_hz` with damping `ratio` under the joint's
-    reaction; positions are relative to it. Linear: the link's dry friction damps as its first harmonic does.
+    The base swings under the joint's reaction as the terms (len(Term),) of `mount` say; positions are relative to it.
+    Linear: the link's dry friction damps as its first harmonic does.
     """
     terms = problem.terms(values)
     late = float(terms[Term.TORQUE_DELAY])
@@ -69,7 +67,7 @@ def mount_change(
         reaction = reaction + moved.spring_torque
         speed = math.sqrt(2.0) * float(np.std(moved.velocity)) + 1e-12
         dry = 4.0 * float(terms[Term.LINK_COULOMB]) / (math.pi * speed)
-    natural = 2.0 * math.pi * frequency_hz
+    base = tuple(float(mount[t]) for t in (Term.MOUNT_INERTIA, Term.MOUNT_STIFFNESS, Term.MOUNT_DAMPING))
     stiffness, link_inertia, viscous = (float(terms[t]) for t in (Term.STIFFNESS, Term.LINK_INERTIA, Term.LINK_VISCOUS))
 
     def deflection(omega: Floats) -> Complexes:
@@ -78,7 +76,7 @@ def mount_change(
         return np.asarray(link_inertia / (stiffness - link_inertia * omega**2 + 1j * omega * (viscous + dry)))
 
     def acceleration(omega: Floats) -> Complexes:
-        alone = inertia * (natural**2 - omega**2 + 2j * ratio * natural * omega)
+        alone = base[1] + 1j * omega * base[2] - (base[0] + own) * omega**2
         return np.asarray(omega**2 / (alone - omega**2 * stiffness * deflection(omega)))
 
     def torque(omega: Floats) -> Complexes:

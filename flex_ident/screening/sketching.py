@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from flex_ident.effects import effect_named, key_named
+from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.fit import Fit, key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import SteadyFit
@@ -20,6 +21,8 @@ SIZES = (1.0, 0.4, 0.12)
 """Shares of the linear estimate of an effect's size from which the refit may start."""
 SKETCH = 2
 """Iterations of a sketch."""
+RACE = ((1, 4), (2, 2), (4, 1))
+"""Rounds of the race among shapes of one effect: iterations, and how many go on."""
 
 
 def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
@@ -36,7 +39,7 @@ def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -
     """The solver and free keys with more effects; a measurement key that an effect takes over is dropped."""
     effects = (*effects_in(free), *(c.effect for c in added))
     priors = {**known_beforehand(solver), **model_priors(solver.problem, effects, late_samples=1.0)}
-    dropped = [effect_named(name).stand_in for name in effects]
+    dropped = [key for name in effects for key in effect_named(name).stand_ins]
     priors = {k: p for k, p in priors.items() if k not in dropped}
     dropped += [c.replaces for c in added]
     extended = SteadyFit(solver.problem, priors=priors, marks=solver.marks)
@@ -64,6 +67,32 @@ def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Mapping[str, fl
     return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
 
 
+def raced_starts(solver: SteadyFit, fit: Fit, score: Score, tried: Iterable[Candidate]) -> list[Mapping[str, float]]:
+    """Where a refit with an effect of many minima may start: each raced shape of the candidates, and near the fit."""
+    shapes = (c for c in tried if c.effect == score.candidate.effect and c.probe.raced)
+    starts = [{**fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes]
+    return [*starts, best_start(solver, fit, score)]
+
+
+def raced(solver: SteadyFit, keys: Sequence[str], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
+    """The rough refit over `keys` that wins a short race among several starts. Raises ExcitationError."""
+    race, fits = list(starts), list[Fit]()
+    for iterations, kept in RACE:
+        fits = []
+        for start in race:
+            try:
+                fits.append(
+                    solver.solve(keys, start, fit.whitenings, iterations=iterations, tolerance=1e-3, rough=True)
+                )
+            except ExcitationError:  # the simulation ran away from there
+                continue
+        fits = sorted(fits, key=lambda f: f.cost)[:kept]
+        race = [f.values for f in fits]
+    if not fits:
+        raise ExcitationError("no shape of the effect can be simulated.")
+    return fits[0]
+
+
 def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
     """Where a refit starts: the effect at the linear estimate or less, the model following it."""
     candidate = score.candidate
@@ -75,8 +104,9 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
     options: list[dict[str, float]] = []
+    sized = candidate.probe.sized
     for size in SIZES:
-        values = {**fit.values, **{k: v * size if k in candidate.scaled else v for k, v in whole.items()}}
+        values = {**fit.values, **{k: sized(v, size) if k in candidate.scaled else v for k, v in whole.items()}}
         if dropped:
             values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
             values[dropped] = 0.0

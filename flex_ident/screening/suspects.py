@@ -7,12 +7,12 @@ effect of the catalogue the parameters are followed along, to first order, or by
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flex_ident.effects import CATALOGUE
+from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.comparison import correlation_factor
 from flex_ident.likelihood.covariance import Uncertainty
@@ -20,17 +20,14 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import Remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
-from flex_ident.screening.candidates import candidates
-from flex_ident.screening.linear_probe import mount_change
-from flex_ident.screening.scoring import Score, following_of, orthonormal, projected, scores
-from flex_ident.screening.sketching import sketched
-from flex_ident.screening.thresholds import IMITATED, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, STRONG
+from flex_ident.screening.candidates import Candidate, candidates
+from flex_ident.screening.scoring import Score, scores
+from flex_ident.screening.sketching import extended_solver, raced, raced_starts, sketched
+from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, STRONG
 
-MOUNT = "mount_mode"
-MOUNT_RATIOS = (0.01, 0.03, 0.1)
-MOUNT_POINTS = 24
-MOUNT_LOWEST_HZ = 3.0
 MOST_SKETCHES = 4
+FURTHER = 12
+"""Iterations by which the likeliest suspect is refitted further, and the winner of a race."""
 
 
 @dataclass(frozen=True)
@@ -61,84 +58,138 @@ class Suspect:
         return self.gain > STRONG
 
 
-def suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool = False, structured: bool = False) -> tuple[Suspect, ...]:
-    """Every effect of the catalogue, and a base that gives way, that the residual speaks for; most first.
+def suspects(
+    solver: SteadyFit, fit: Fit, *, prismatic: bool = False, left: Remainder | None = None
+) -> tuple[Suspect, ...]:
+    """Every effect of the catalogue that the residual speaks for; most first.
 
-    Under the weights of the fit, which let bad stretches weigh little. Where what is left is `structured` and none
-    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows.
+    Under the weights of the fit, which let bad stretches weigh little. Where what is `left` is structured and none
+    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. There the likeliest
+    is refitted further too, and what has many minima is raced where it may be the cause.
     """
-    found = _suspects(solver, fit, prismatic=prismatic)
-    if structured and not any(s.strong for s in found):
-        steady = SteadyFit(solver.problem, priors=solver.priors, marks=solver.marks)
-        there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
-        found = _merged(found, _suspects(steady, there, prismatic=prismatic))
-    return tuple(sorted(found, key=lambda s: -s.gain))
+    found = _screened(solver, fit, prismatic=prismatic)
+    if left is not None and left.structured(left.gap):
+        if not any(t.suspect.strong for t in found):
+            steady = SteadyFit(solver.problem, priors=solver.priors, marks=solver.marks)
+            there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
+            found = _merged(found, _screened(steady, there, prismatic=prismatic))
+        found = _looked_into(found, left, prismatic=prismatic) if found else found
+    return tuple(sorted((t.suspect for t in found if t.score.shift is not None or t.there), key=lambda s: -s.gain))
 
 
-def _merged(one: list[Suspect], two: list[Suspect]) -> list[Suspect]:
-    best: dict[str, Suspect] = {}
-    for suspect in (*one, *two):
-        known = best.get(suspect.effect)
-        if known is None or suspect.gain > known.gain:
-            best[suspect.effect] = suspect
+@dataclass(frozen=True)
+class _Tried:
+    """A suspect with what it was told from: its score on `fit`, and the rough refit with it where there was one."""
+
+    suspect: Suspect
+    score: Score
+    solver: SteadyFit
+    fit: Fit
+    correlated: float
+    there: Fit | None = None
+
+    @property
+    def price(self) -> float:
+        """What the gain must exceed: that of its parameters, and of the choice among all effects."""
+        count = self.fit.residual.size / self.correlated
+        return len(self.score.candidate.keys) * math.log(count) + 2.0 * math.log(len(CATALOGUE))
+
+    def refitted(self, there: Fit) -> _Tried:
+        """The same after a refit. Where that saves nothing the linear estimate was wrong, of its shift too: what is
+        left is the price of its parameters."""
+        saved = 2.0 * (self.fit.cost - there.cost) / self.correlated
+        if not saved > 0.0:
+            return self.disproved()
+        shift = np.array([there.values.get(k, self.fit.values[k]) - self.fit.values[k] for k in self.fit.free])
+        rows = self.solver.problem.usable
+        gap = float(np.sqrt(np.mean(self.solver.problem.residuals(there.values)[0][rows] ** 2)))
+        return replace(self, suspect=Suspect(self.suspect.effect, saved - self.price, shift, gap), there=there)
+
+    def disproved(self) -> _Tried:
+        """The same after a refit that saved nothing, or ran away."""
+        return replace(self, suspect=replace(self.suspect, gain=-self.price))
+
+    def sketched(self) -> _Tried:
+        """After a rough refit from the linear estimate."""
+        try:
+            return self.refitted(sketched(self.solver, self.fit, self.score))
+        except ExcitationError:
+            return self.disproved()
+
+    def raced(self, tried: Iterable[Candidate]) -> _Tried:
+        """After a race among the shapes of an effect of many minima, which no linear estimate can tell apart."""
+        extended, keys = extended_solver(self.solver, self.fit.free, self.score.candidate)
+        starts = raced_starts(self.solver, self.fit, self.score, tried)
+        try:
+            ahead, noise = raced(extended, keys, starts, self.fit).values, self.fit.whitenings
+            there = extended.solve(keys, ahead, noise, iterations=FURTHER, tolerance=1e-3, rough=True)
+            found = self.refitted(there)
+        except ExcitationError:
+            return self
+        return found if found.suspect.gain > self.suspect.gain else self
+
+    def continued(self) -> _Tried:
+        """After the rough refit went on: what is sketched has not moved the parameters all the way."""
+        assert self.there is not None
+        extended, keys = extended_solver(self.solver, self.fit.free, self.score.candidate)
+        noise = self.fit.whitenings
+        try:
+            found = extended.solve(keys, self.there.values, noise, iterations=FURTHER, tolerance=1e-3, rough=True)
+        except ExcitationError:
+            return self
+        return self.refitted(found) if found.cost < self.there.cost else self
+
+
+def _merged(one: list[_Tried], two: list[_Tried]) -> list[_Tried]:
+    best: dict[str, _Tried] = {}
+    for tried in (*one, *two):
+        known = best.get(tried.suspect.effect)
+        if known is None or tried.suspect.gain > known.suspect.gain:
+            best[tried.suspect.effect] = tried
     return list(best.values())
 
 
-def _suspects(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[Suspect]:
-    tries = candidates(solver.problem, fit.values, prismatic=prismatic)
+def _screened(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Tried]:
+    """Each effect by its linear estimate, the few that promise most after a rough refit."""
     correlated = correlation_factor(fit)
-    count = fit.residual.size / correlated
-    found: list[Suspect] = []
-    scored = [s for s in scores(solver, fit, tries) if s.shift is not None]
-    for score in scored:
-        price = len(score.candidate.keys) * math.log(count) + 2.0 * math.log(len(CATALOGUE))
-        assert score.shift is not None
-        # No larger than anything that somebody would have overlooked.
-        within = min(1.0, score.candidate.plausible / max(max(map(abs, score.sizes)), 1e-300))
-        found.append(Suspect(score.candidate.effect, score.gain / correlated - price, within * score.shift))
-    strong = [(s, score) for s, score in zip(found, scored, strict=True) if s.strong][:MOST_SKETCHES]
-    for suspect, score in strong:
-        found[found.index(suspect)] = _refitted(solver, fit, score, suspect, correlated)
-    mount = _mount(solver, fit, count, correlated)
-    if mount is not None:
-        found.append(mount)
+    found: list[_Tried] = []
+    for score in scores(solver, fit, candidates(solver.problem, fit.values, prismatic=prismatic)):
+        nothing = Suspect(score.candidate.effect, 0.0, np.zeros(len(fit.free)))
+        tried = _Tried(nothing, score, solver, fit, correlated)
+        shift = nothing.shift
+        if score.shift is not None:
+            # No larger than anything that somebody would have overlooked.
+            within = min(1.0, score.candidate.plausible / max(max(map(abs, score.sizes)), 1e-300))
+            shift = within * score.shift
+        gain = score.gain / correlated - tried.price
+        found.append(replace(tried, suspect=replace(nothing, gain=gain, shift=shift)))
+    strong = [t for t in found if t.suspect.strong][:MOST_SKETCHES]
+    return [t.sketched() if any(t is s for s in strong) else t for t in found]
+
+
+def _looked_into(found: list[_Tried], left: Remainder, *, prismatic: bool) -> list[_Tried]:
+    """The suspects after another look: the likeliest as far as its refit goes; what has many minima, of which no linear
+    estimate tells, where the likeliest does not account for nearly all, or where it may pass for it."""
+    best = _best(found)
+    found = [t.continued() if t is best and t.there is not None else t for t in found]
+    for i, tried in enumerate(found):
+        if effect_named(tried.suspect.effect).raced and _may_be(tried, found, left):
+            shapes = candidates(tried.solver.problem, tried.fit.values, prismatic=prismatic)
+            found = [*found[:i], tried.raced(shapes), *found[i + 1 :]]
     return found
 
 
-def _refitted(solver: SteadyFit, fit: Fit, score: Score, suspect: Suspect, correlated: float) -> Suspect:
-    """The suspect after a rough refit. Where that saves nothing the linear estimate was wrong, of its shift too: what
-    is left is the price of its parameters."""
-    price = score.gain / correlated - suspect.gain
-    try:
-        there = sketched(solver, fit, score)
-    except ExcitationError:
-        return replace(suspect, gain=-price)
-    saved = 2.0 * (fit.cost - there.cost) / correlated
-    if not saved > 0.0:
-        return replace(suspect, gain=-price)
-    shift = np.array([there.values.get(k, fit.values[k]) - fit.values[k] for k in fit.free])
-    rows = solver.problem.usable
-    gap = float(np.sqrt(np.mean(solver.problem.residuals(there.values)[0][rows] ** 2)))
-    return Suspect(suspect.effect, saved - price, shift, gap)
+def _may_be(tried: _Tried, found: Sequence[_Tried], left: Remainder) -> bool:
+    """Whether an effect of many minima may be the cause, though another is the likeliest."""
+    best = _best(found).suspect
+    if best.strong and best.effect in effect_named(tried.suspect.effect).mistaken_for:
+        return True
+    known = [t.suspect for t in found]
+    return left.structured(unexplained_gap(known, left)) and accounted(known, left) <= ENOUGH
 
 
-def _mount(solver: SteadyFit, fit: Fit, count: float, correlated: float) -> Suspect | None:
-    """The base that gives way, at the frequency and damping that explain most."""
-    problem, values = solver.problem, fit.values
-    basis, following = orthonormal(fit, ""), following_of(fit)
-    inertia = 10.0 * (values.get("Jm", 0.0) + values.get("JL", 0.0) + values.get("J", 0.0))
-    best: Suspect | None = None
-    for frequency in np.geomspace(MOUNT_LOWEST_HZ, max(1.3 * problem.band_hz, 2.0 * MOUNT_LOWEST_HZ), MOUNT_POINTS):
-        for ratio in MOUNT_RATIOS:
-            change = mount_change(problem, values, float(frequency), ratio, inertia)
-            column = solver.whitened(change, fit.whitenings)[:, None]
-            seen = projected(fit, column, basis, following)
-            if seen is None or seen.sizes[0] <= 0.0 or seen.orthogonal < IMITATED:
-                continue
-            gain = seen.gain / correlated - 3.0 * math.log(count) - 2.0 * math.log(len(CATALOGUE))
-            if best is None or gain > best.gain:
-                best = Suspect(MOUNT, gain, seen.shift)
-    return best
+def _best(found: Sequence[_Tried]) -> _Tried:
+    return max(found, key=lambda t: t.suspect.gain)
 
 
 def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainder) -> Uncertainty:
@@ -160,14 +211,18 @@ def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainde
     if left.evidence == "none":
         factor = NO_CAUSE
     if left.structured(unexplained) and left.floor > 0.0:
-        accounted = (left.gap**2 - unexplained**2) / max(left.gap**2 - left.floor**2, 1e-300)
-        factor = unexplained / left.floor * (NO_CAUSE if accounted < 0.5 else 1.0)
+        factor = unexplained / left.floor * (NO_CAUSE if accounted(found, left) < 0.5 else 1.0)
     return replace(uncertainty, covariance=covariance + (factor**2 - 1.0) * uncertainty.covariance)
 
 
-def unexplained_gap(found: tuple[Suspect, ...], left: Remainder) -> float:
+def unexplained_gap(found: Sequence[Suspect], left: Remainder) -> float:
     """Gap, N m rms, that is left beside the suspect that leaves least."""
     return min((s.gap for s in found if s.gap is not None and s.strong), default=left.gap)
+
+
+def accounted(found: Sequence[Suspect], left: Remainder) -> float:
+    """Share of the gap above the noise, by energy, for which the suspect that leaves least accounts."""
+    return (left.gap**2 - unexplained_gap(found, left) ** 2) / max(left.gap**2 - left.floor**2, 1e-300)
 
 
 def named_shift(suspect: Suspect, free: tuple[str, ...]) -> Mapping[str, float]:

@@ -19,3 +19,6 @@ further moved K by four times what the law without an end says (two recordings o
 NO_CAUSE = 2.0
 """Factor on what structure does to the intervals where no suspect accounts for half of it: a base that gives way, the
 law of friction in MuJoCo and a drive's own dynamics moved Jm, K and JL by up to that much more."""
+ENOUGH = 0.9
+"""Share of what is left above the noise, by energy, from which a suspect that accounts for it is not doubted by another
+mode: as explain's, which `gap.thresholds` has of the closable gap."""

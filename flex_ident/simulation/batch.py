@@ -161,7 +161,7 @@ def simulated_links(
                     continue
                 q, v, q2, v2, z = link_step(
                     terms[j], w[j], w[LANES + j], w[2 * LANES + j], w[3 * LANES + j], hysteresis[j],
-                    b0, b1, b2, r0, r1, r2, step, time,
+                    b0, b1, b2, r0, r1, r2, step, time, 0.0,
                 )  # fmt: skip
                 w[20 * LANES + j], w[21 * LANES + j] = q, v
                 w[22 * LANES + j], w[23 * LANES + j], hysteresis[j] = q2, v2, z

@@ -24,6 +24,7 @@ FV_ASYM, FV_QUAD = int(Term.LINK_VISCOUS_ASYMMETRY), int(Term.LINK_VISCOUS_QUADR
 STRIBECK, STRIBECK_V = int(Term.LINK_STRIBECK), int(Term.LINK_STRIBECK_VELOCITY)
 LOAD, RATE = int(Term.LINK_LOAD_FRICTION), int(Term.FRICTION_RATE)
 J2, K2, D2 = int(Term.SECOND_INERTIA), int(Term.SECOND_STIFFNESS), int(Term.SECOND_DAMPING)
+SOFT, SOFT_T = int(Term.SOFT_FRICTION), int(Term.SOFT_FRICTION_TIME)
 Q0, V0 = int(Term.INITIAL_DEFLECTION), int(Term.INITIAL_VELOCITY)
 RUNAWAY = 100.0
 """Position over its start (or ten) from which parameters are out of all reason."""
@@ -90,6 +91,13 @@ def dry_friction(p: Floats, v: float, tau: float, time: float) -> float:
 
 
 @compiled
+def soft_friction(p: Floats, push: float, v: float, hold: float) -> float:
+    """The link's dry friction as a soft constraint, which takes a share of what would move the link, at most `hold`."""
+    wanted = (push + p[JL] * v / p[SOFT_T]) / (1.0 + p[SOFT])
+    return float(min(max(wanted, -hold), hold))
+
+
+@compiled
 def interpolated(left: float, middle: float, right: float, x: float) -> float:
     """The parabola through values at 0, 1/2 and 1, at `x`."""
     return left + x * ((4.0 * middle - 3.0 * left - right) + x * 2.0 * (left - 2.0 * middle + right))
@@ -112,11 +120,12 @@ def first_state(p: Floats, base: float, base_rate: float) -> tuple[float, float]
 @compiled
 def link_step(
     p: Floats, q: float, v: float, q2: float, v2: float, z: float, b0: float, b1: float, b2: float, r0: float,
-    r1: float, r2: float, step: float, time: float,
+    r1: float, r2: float, step: float, time: float, against: float,
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """State of the link, the second mass and the hysteresis one step later.
 
     The motor's side of the spring is at `b0`, `b1`, `b2` at the step's start, middle and end; its rate is `r0` to `r2`.
+    `against`: a further torque that the link works against.
     """
     second = p[J2] != 0.0
     inverse_inertia = 1.0 / p[JL]
@@ -124,6 +133,8 @@ def link_step(
     start = 0.0
     q_start = q
     load, slope = gravity(p, q)
+    load += against
+    soft = p[SOFT] > 0.0
     for _ in range(4):
         if start >= 1.0:
             break
@@ -133,7 +144,7 @@ def link_step(
             sign = 1.0
         elif v < 0.0:
             sign = -1.0
-        else:
+        elif not soft:
             # At rest: does the link stick until the end of the step?
             here = interpolated(b0, b1, b2, x0)
             tau = spring_torque(p, here - q, interpolated(r0, r1, r2, x0), z)
@@ -184,7 +195,8 @@ def link_step(
                 tau = spring_torque(p, sd, interpolated(r0, r1, r2, where) - sv, sz)
                 kq = sv
                 push = free_torque(p, sq - q_start, sv, sq2 - sq, sv2 - sv, tau, time, load, slope)
-                kv = (push - sign * dry_friction(p, sv, tau, time)) * inverse_inertia
+                dry = dry_friction(p, sv, tau, time)
+                kv = (push - (soft_friction(p, push, sv, dry) if soft else sign * dry)) * inverse_inertia
                 if second:
                     kq2 = sv2
                     kv2 = -(p[K2] * (sq2 - sq) + p[D2] * (sv2 - sv)) * inverse_second
@@ -194,12 +206,12 @@ def link_step(
                 dv2 += weight * kv2
             q, v = q_old + h * dq / 6.0, v_old + h * dv / 6.0
             q2, v2 = q2_old + h * dq2 / 6.0, v2_old + h * dv2 / 6.0
-            if attempt == 0 and v * sign < 0.0 and v_old != 0.0:
+            if attempt == 0 and not soft and v * sign < 0.0 and v_old != 0.0:
                 reached = v_old / (v_old - v)  # the velocity changes sign here: step again, up to there
                 continue
             break
         z = dahl_state(z_old, interpolated(b0, b1, b2, x0 + span * reached) - q - d_old, p[HYS_D])
-        if reached < 1.0 or (v_old == 0.0 and v * sign < 0.0):
+        if reached < 1.0 or (v_old == 0.0 and v * sign < 0.0 and not soft):
             v = 0.0
         start = x0 + span * reached
     return q, v, q2, v2, z
@@ -225,7 +237,7 @@ def simulated_link(
             break
         q, v, q2, v2, z = link_step(
             p, q, v, q2, v2, z, base[2 * k], base[2 * k + 1], base[2 * k + 2], base_rate[2 * k], base_rate[2 * k + 1],
-            base_rate[2 * k + 2], step, k * step,
+            base_rate[2 * k + 2], step, k * step, 0.0,
         )  # fmt: skip
         if not abs(q) < bound:
             for j in range(k + 1, n):

@@ -9,10 +9,13 @@ import numpy as np
 
 from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES, side_by_side, simulated_links
+from flex_ident.simulation.bristles import bristle_torque
 from flex_ident.simulation.compiled import COMPILED
+from flex_ident.simulation.harmonics import periodic, periodic_slope, transmission_error
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.mount import simulated_link_on_mount
+from flex_ident.simulation.terms import KINEMATIC_ERRORS, RIPPLES, Term
 
 
 @dataclass(frozen=True)
@@ -40,25 +43,31 @@ def direction(motion: MotorMotion, resolution: float = 0.0) -> Floats:
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """The link as simulated, each (n,): torque through the spring, N m, position, rad, velocity, rad/s."""
+    """The link as simulated, each (n,): torque through the spring, N m, position, rad, velocity, rad/s.
+
+    `swing`, rad/s^2: the acceleration of the base that all is relative to; None where it does not give way.
+    """
 
     spring_torque: Floats
     position: Floats
     velocity: Floats
+    swing: Floats | None = None
 
 
 def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
     """The link driven through the spring by the motor's motion (eq. 5), at the recording's samples."""
     base, rate = motion.fine_position, motion.fine_velocity
-    amplitude = terms[Term.KINEMATIC_ERROR]
-    if amplitude != 0.0:
-        angle = terms[Term.KINEMATIC_CYCLES] * base + terms[Term.KINEMATIC_PHASE]
-        rate = rate * (1.0 + amplitude * terms[Term.KINEMATIC_CYCLES] * np.cos(angle))
-        base = base + amplitude * np.sin(angle)
+    if transmission_error(terms):
+        rate = rate * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, base))
+        base = base + periodic(terms, KINEMATIC_ERRORS, base)
     n = (base.size + 1) // 2
     torque, position, velocity = np.empty(n), np.empty(n), np.empty(n)
-    simulated_link(terms, base, rate, motion.step, torque, position, velocity)
     s = motion.substeps
+    if terms[Term.MOUNT_INERTIA] > 0.0:
+        swing = np.empty(n)
+        simulated_link_on_mount(terms, base, rate, motion.step, torque, position, velocity, swing)
+        return LinkMotion(torque[::s], position[::s], velocity[::s], swing[::s])
+    simulated_link(terms, base, rate, motion.step, torque, position, velocity)
     return LinkMotion(torque[::s], position[::s], velocity[::s])
 
 
@@ -81,7 +90,7 @@ def link_motions(many: Sequence[Floats], motion: MotorMotion) -> list[LinkMotion
 
 def standstill_friction(terms: Floats) -> float:
     """Size of the motor's dry friction at standstill, N m, not under load."""
-    return float(terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_STRIBECK])
+    return float(terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_STRIBECK] + terms[Term.BRISTLE_STRIBECK])
 
 
 def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, sign: Floats) -> Floats:
@@ -90,13 +99,23 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
     coulomb = terms[Term.MOTOR_COULOMB] + terms[Term.MOTOR_LOAD_FRICTION] * np.abs(spring_torque)
     if terms[Term.MOTOR_STRIBECK] != 0.0 and terms[Term.MOTOR_STRIBECK_VELOCITY] > 0.0:
         coulomb = coulomb + terms[Term.MOTOR_STRIBECK] * np.exp(-((v / terms[Term.MOTOR_STRIBECK_VELOCITY]) ** 2))
+    if terms[Term.BRISTLE_STRIBECK] != 0.0 and terms[Term.BRISTLE_STRIBECK_VELOCITY] > 0.0:
+        coulomb = coulomb + terms[Term.BRISTLE_STRIBECK] * np.exp(-((v / terms[Term.BRISTLE_STRIBECK_VELOCITY]) ** 2))
+    dry = coulomb * sign
+    if terms[Term.BRISTLE_DEFLECTION] > 0.0:
+        stiffness = standstill_friction(terms) / terms[Term.BRISTLE_DEFLECTION]
+        level = np.broadcast_to(coulomb, v.shape)
+        dry = bristle_torque(sign, np.ascontiguousarray(level), motion.position, float(stiffness))
+    elif terms[Term.SOFT_FRICTION] > 0.0:
+        stopping = motion.acceleration + v / terms[Term.SOFT_FRICTION_TIME]
+        dry = np.clip(terms[Term.MOTOR_INERTIA] / terms[Term.SOFT_FRICTION] * stopping, -coulomb, coulomb)
     viscous = terms[Term.MOTOR_VISCOUS] * v
     viscous = viscous + terms[Term.MOTOR_VISCOUS_ASYMMETRY] * np.abs(v)
     viscous = viscous + terms[Term.MOTOR_VISCOUS_QUADRATIC] * v * np.abs(v)
     warming = 1.0
     if terms[Term.FRICTION_RATE] != 0.0:
         warming = 1.0 + terms[Term.FRICTION_RATE] * motion.sample_time * np.arange(v.size)
-    friction: Floats = (viscous + coulomb * sign) * warming
+    friction: Floats = (viscous + dry) * warming
     return friction
 
 
@@ -107,18 +126,18 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
     else:
         load = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
     reaction = load
-    if link is not None and terms[Term.KINEMATIC_ERROR] != 0.0:  # virtual work: a ratio that varies loads the motor so
-        cycles = terms[Term.KINEMATIC_CYCLES]
-        angle = cycles * motion.position + terms[Term.KINEMATIC_PHASE]
-        reaction = load * (1.0 + terms[Term.KINEMATIC_ERROR] * cycles * np.cos(angle))
-    torque = terms[Term.MOTOR_INERTIA] * motion.acceleration + reaction + terms[Term.OFFSET]
+    if link is not None and transmission_error(terms):  # virtual work: a ratio that varies loads the motor so
+        reaction = load * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, motion.position))
+    acceleration = motion.acceleration
+    if link is not None and link.swing is not None:
+        acceleration = acceleration + link.swing
+    torque = terms[Term.MOTOR_INERTIA] * acceleration + reaction + terms[Term.OFFSET]
     torque = torque + motor_friction(terms, motion, load, sign)
     if terms[Term.GRAVITY_REMOVED] != 0.0:
         weight = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
         torque = torque - terms[Term.GRAVITY_REMOVED] * weight
-    if terms[Term.RIPPLE] != 0.0:
-        angle = terms[Term.RIPPLE_CYCLES] * motion.position + terms[Term.RIPPLE_PHASE]
-        torque = torque + terms[Term.RIPPLE] * np.sin(angle)
+    if any(terms[size] != 0.0 for size, *_ in RIPPLES):
+        torque = torque + periodic(terms, RIPPLES, motion.position)
     result: Floats = torque
     return result
 

@@ -98,6 +98,44 @@ class Term(IntEnum):
     """Share of the gravity at the motor's position that the recorded torque is without: the controller adds it."""
     LINK_SCALE = "measurement", False
     """By how much the link encoder reads too far, over what it reads: its scale, or an eccentric disk, locally."""
+    # elastic friction of the motor before it slides
+    BRISTLE_DEFLECTION = "motor", False
+    """Deflection, rad, of the bristles under the dry friction at standstill, of any name."""
+    BRISTLE_STRIBECK = "motor", True, "BRISTLE_DEFLECTION"
+    BRISTLE_STRIBECK_VELOCITY = "motor", False, "BRISTLE_DEFLECTION"
+    # dry friction as a soft constraint of a simulator, on both sides
+    SOFT_FRICTION = "both", False
+    """Friction is inertia over this, times acceleration and speed over the time, at most the dry friction."""
+    SOFT_FRICTION_TIME = "both", False, "SOFT_FRICTION"
+    # the base on which the joint stands
+    MOUNT_INERTIA = "link", True
+    MOUNT_STIFFNESS = "link", True, "MOUNT_INERTIA"
+    MOUNT_DAMPING = "link", True, "MOUNT_INERTIA"
+    # further harmonics of what is periodic in the motor's angle
+    RIPPLE_2 = "motor", True
+    RIPPLE_CYCLES_2 = "motor", False, "RIPPLE_2"
+    RIPPLE_PHASE_2 = "motor", False, "RIPPLE_2"
+    RIPPLE_3 = "motor", True
+    RIPPLE_CYCLES_3 = "motor", False, "RIPPLE_3"
+    RIPPLE_PHASE_3 = "motor", False, "RIPPLE_3"
+    RIPPLE_4 = "motor", True
+    RIPPLE_CYCLES_4 = "motor", False, "RIPPLE_4"
+    RIPPLE_PHASE_4 = "motor", False, "RIPPLE_4"
+    RIPPLE_5 = "motor", True
+    RIPPLE_CYCLES_5 = "motor", False, "RIPPLE_5"
+    RIPPLE_PHASE_5 = "motor", False, "RIPPLE_5"
+    KINEMATIC_ERROR_2 = "spring", False
+    KINEMATIC_CYCLES_2 = "spring", False, "KINEMATIC_ERROR_2"
+    KINEMATIC_PHASE_2 = "spring", False, "KINEMATIC_ERROR_2"
+    KINEMATIC_ERROR_3 = "spring", False
+    KINEMATIC_CYCLES_3 = "spring", False, "KINEMATIC_ERROR_3"
+    KINEMATIC_PHASE_3 = "spring", False, "KINEMATIC_ERROR_3"
+    KINEMATIC_ERROR_4 = "spring", False
+    KINEMATIC_CYCLES_4 = "spring", False, "KINEMATIC_ERROR_4"
+    KINEMATIC_PHASE_4 = "spring", False, "KINEMATIC_ERROR_4"
+    KINEMATIC_ERROR_5 = "spring", False
+    KINEMATIC_CYCLES_5 = "spring", False, "KINEMATIC_ERROR_5"
+    KINEMATIC_PHASE_5 = "spring", False, "KINEMATIC_ERROR_5"
 
     LINK_DRIFT = "measurement", False
     """By how much the clock of the link encoder runs fast against the motor's, s/s; zero in the middle."""
@@ -116,6 +154,16 @@ class Term(IntEnum):
         """The term that it shapes; None for one that acts by itself."""
         return Term[self._of] if self._of else None
 
+
+HARMONICS = ("", "_2", "_3", "_4", "_5")
+"""Suffixes of the harmonics that a periodic term may have."""
+RIPPLES, KINEMATIC_ERRORS = (
+    tuple((Term[f"{size}{n}"], Term[f"{cycles}{n}"], Term[f"{phase}{n}"]) for n in HARMONICS)
+    for size, cycles, phase in (
+        ("RIPPLE", "RIPPLE_CYCLES", "RIPPLE_PHASE"), ("KINEMATIC_ERROR", "KINEMATIC_CYCLES", "KINEMATIC_PHASE")
+    )
+)  # fmt: skip
+"""Amplitude, cycles a turn and phase of each harmonic of the ripple, and of the transmission error."""
 
 GRAVITY = 9.81
 """Acceleration of gravity, m/s^2, that turns first moments (kg m) into torque."""

@@ -43,20 +43,52 @@ class P(IntEnum):
     DAHL_TORQUE = 23
     DAHL_DEFLECTION = 24
     SPRING_DAMPING = 25
-    RIPPLE = 26
-    RIPPLE_CYCLES = 27
-    RIPPLE_PHASE = 28
-    GEAR_ERROR = 29
-    GEAR_CYCLES = 30
-    GEAR_PHASE = 31
-    DRIVE_LIMIT = 32
-    SECOND_INERTIA = 33
-    SECOND_STIFFNESS = 34
-    SECOND_DAMPING = 35
-    TORQUE_DELAY = 36
-    LINK_SKEW = 37
-    IRON_LOSS = 38
-    TORQUE_DROOP = 39
+    DRIVE_LIMIT = 26
+    SECOND_INERTIA = 27
+    SECOND_STIFFNESS = 28
+    SECOND_DAMPING = 29
+    TORQUE_DELAY = 30
+    LINK_SKEW = 31
+    RIPPLE = 32
+    RIPPLE_CYCLES = 33
+    RIPPLE_PHASE = 34
+    RIPPLE_2 = 35
+    RIPPLE_CYCLES_2 = 36
+    RIPPLE_PHASE_2 = 37
+    RIPPLE_3 = 38
+    RIPPLE_CYCLES_3 = 39
+    RIPPLE_PHASE_3 = 40
+    RIPPLE_4 = 41
+    RIPPLE_CYCLES_4 = 42
+    RIPPLE_PHASE_4 = 43
+    RIPPLE_5 = 44
+    RIPPLE_CYCLES_5 = 45
+    RIPPLE_PHASE_5 = 46
+    GEAR_ERROR = 47
+    GEAR_CYCLES = 48
+    GEAR_PHASE = 49
+    GEAR_ERROR_2 = 50
+    GEAR_CYCLES_2 = 51
+    GEAR_PHASE_2 = 52
+    GEAR_ERROR_3 = 53
+    GEAR_CYCLES_3 = 54
+    GEAR_PHASE_3 = 55
+    GEAR_ERROR_4 = 56
+    GEAR_CYCLES_4 = 57
+    GEAR_PHASE_4 = 58
+    GEAR_ERROR_5 = 59
+    GEAR_CYCLES_5 = 60
+    GEAR_PHASE_5 = 61
+    BRISTLE_DEFLECTION = 62
+    BRISTLE_STRIBECK = 63
+    BRISTLE_STRIBECK_SPEED = 64
+    SOFTNESS = 65
+    SOFT_TIME = 66
+    MOUNT_INERTIA = 67
+    MOUNT_STIFFNESS = 68
+    MOUNT_DAMPING = 69
+    IRON_LOSS = 70
+    TORQUE_DROOP = 71
 
 
 BASE = {
@@ -87,12 +119,6 @@ EFFECTS = {
     "hysteresis.torque": P.DAHL_TORQUE,
     "hysteresis.deflection": P.DAHL_DEFLECTION,
     "joint_damping.damping": P.SPRING_DAMPING,
-    "torque_ripple.amplitude": P.RIPPLE,
-    "torque_ripple.cycles_per_turn": P.RIPPLE_CYCLES,
-    "torque_ripple.phase": P.RIPPLE_PHASE,
-    "kinematic_error.amplitude": P.GEAR_ERROR,
-    "kinematic_error.cycles_per_turn": P.GEAR_CYCLES,
-    "kinematic_error.phase": P.GEAR_PHASE,
     "time_delay.delay": P.TORQUE_DELAY,
     "encoder_skew.skew": P.LINK_SKEW,
     "saturation.limit": P.DRIVE_LIMIT,
@@ -101,7 +127,24 @@ EFFECTS = {
     "second_mode.inertia": P.SECOND_INERTIA,
     "second_mode.stiffness": P.SECOND_STIFFNESS,
     "second_mode.damping": P.SECOND_DAMPING,
+    "presliding_friction.deflection": P.BRISTLE_DEFLECTION,
+    "presliding_friction.amplitude": P.BRISTLE_STRIBECK,
+    "presliding_friction.velocity": P.BRISTLE_STRIBECK_SPEED,
+    "presliding_friction.softness": P.SOFTNESS,
+    "presliding_friction.time": P.SOFT_TIME,
+    "mount_mode.inertia": P.MOUNT_INERTIA,
+    "mount_mode.stiffness": P.MOUNT_STIFFNESS,
+    "mount_mode.damping": P.MOUNT_DAMPING,
 }
+HARMONIC_SUFFIXES = ("", "_2", "_3", "_4", "_5")
+PERIODIC = {
+    "torque_ripple": ("RIPPLE", "RIPPLE_CYCLES", "RIPPLE_PHASE"),
+    "kinematic_error": ("GEAR_ERROR", "GEAR_CYCLES", "GEAR_PHASE"),
+}
+for _effect, _names in PERIODIC.items():
+    for _n in HARMONIC_SUFFIXES:
+        for _key, _name in zip(("amplitude", "cycles_per_turn", "phase"), _names, strict=True):
+            EFFECTS[key_text(_effect, _key + _n)] = P[f"{_name}{_n}"]
 
 
 def plant_values(model: JointModel) -> Floats:

@@ -25,15 +25,21 @@ ST, ST_V, ST_L, ST_VL = int(P.STRIBECK), int(P.STRIBECK_SPEED), int(P.STRIBECK_L
 AS, AS_L, QU, QU_L = int(P.ASYMMETRY), int(P.ASYMMETRY_LINK), int(P.QUADRATIC), int(P.QUADRATIC_LINK)
 LF, LF_L, WARM = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK), int(P.WARMING)
 CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P.DAHL_DEFLECTION)
-DAMP, RIP, RIP_C, RIP_P = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.RIPPLE_CYCLES), int(P.RIPPLE_PHASE)
-GE, GE_C, GE_P = int(P.GEAR_ERROR), int(P.GEAR_CYCLES), int(P.GEAR_PHASE)
+DAMP, RIPPLE, GEAR = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.GEAR_ERROR)
+BEND, BEND_ST, BEND_V = int(P.BRISTLE_DEFLECTION), int(P.BRISTLE_STRIBECK), int(P.BRISTLE_STRIBECK_SPEED)
+JB, KB, DB = int(P.MOUNT_INERTIA), int(P.MOUNT_STIFFNESS), int(P.MOUNT_DAMPING)
+SOFT, SOFT_T = int(P.SOFTNESS), int(P.SOFT_TIME)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
 
-STATE = 14
+HARMONICS = 5
+"""Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
+STATE = 18
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
-command and its rate; time; the command before and the one before that."""
-INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER = 8, 9, 10, 11, 12, 13
+command and its rate; time; the command before and the one before that; torque of the motor's bristles; the base's
+angle, rate and acceleration."""
+INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
+BASE, BASE_RATE, BASE_ACCELERATION = 15, 16, 17
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
@@ -47,11 +53,29 @@ def weight(p: Floats, angle: float) -> float:
 
 
 @compiled
+def periodic(p: Floats, first: int, angle: float) -> float:
+    """The harmonics that begin at index `first`, at the motor's `angle`, rad."""
+    total = 0.0
+    for i in range(first, first + 3 * HARMONICS, 3):
+        if p[i] != 0.0:
+            total += p[i] * math.sin(p[i + 1] * angle + p[i + 2])
+    return total
+
+
+@compiled
+def gear_ratio(p: Floats, angle: float) -> float:
+    """Movement of the spring's motor end over the motor's, at the motor's `angle`, rad."""
+    ratio = 1.0
+    for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
+        if p[i] != 0.0:
+            ratio += p[i] * p[i + 1] * math.cos(p[i + 1] * angle + p[i + 2])
+    return ratio
+
+
+@compiled
 def deflection(p: Floats, motor: float, link: float) -> float:
     """Deflection of the spring, transmission error included, rad."""
-    if p[GE] == 0.0:
-        return motor - link
-    return float(motor + p[GE] * math.sin(p[GE_C] * motor + p[GE_P]) - link)
+    return motor + periodic(p, GEAR, motor) - link
 
 
 @compiled
@@ -88,18 +112,44 @@ def kicked(
 
 
 @compiled
+def bristle_force(p: Floats, force: float, velocity: float, dry: float, h: float) -> float:
+    """Torque of the bristles after `h` s at a constant velocity, `dry` the friction that they slide under (LuGre).
+
+    Backward Euler in time, which never overshoots, however stiff the bristles are.
+    """
+    at_rest = p[FSM] + p[ST] + p[BEND_ST]
+    level = dry
+    if p[ST] != 0.0 and p[ST_V] > 0.0:
+        level += p[ST] * math.exp(-((velocity / p[ST_V]) ** 2))
+    if p[BEND_ST] != 0.0 and p[BEND_V] > 0.0:
+        level += p[BEND_ST] * math.exp(-((velocity / p[BEND_V]) ** 2))
+    stiffness = at_rest / p[BEND]
+    return float((force + h * stiffness * velocity) / (1.0 + h * stiffness * abs(velocity) / max(level, 1e-12)))
+
+
+@compiled
+def softly_kicked(
+    p: Floats, velocity: float, inertia: float, push: float, viscous: float, dry: float, h: float
+) -> float:
+    """Velocity after `h` s of `push`, N m, where dry friction is a constraint that takes a share of what would move."""
+    free = push - viscous * velocity
+    wanted = (free + inertia * velocity / p[SOFT_T]) / (1.0 + p[SOFT])
+    return float(velocity + h * (free - min(max(wanted, -dry), dry)) / inertia)
+
+
+@compiled
 def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> None:
     """Advance the masses in `state` (STATE,) by `h` s under the motor's `torque`, N m, friction times `warm`."""
     a, va, b, vb, c, vc = state[0], state[1], state[2], state[3], state[4], state[5]
     flexible = p[STIFFNESS] > 0.0
+    va_before, vb_before, swing = va, vb, state[BASE_ACCELERATION]
     a += 0.5 * h * va
     b += 0.5 * h * vb
     c += 0.5 * h * vc
     push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
-    if p[RIP] != 0.0:
-        push -= p[RIP] * math.sin(p[RIP_C] * a + p[RIP_P])
+    push -= periodic(p, RIPPLE, a) + p[JM] * swing
     if flexible:
-        gear = 1.0 + p[GE] * p[GE_C] * math.cos(p[GE_C] * a + p[GE_P]) if p[GE] != 0.0 else 1.0
+        gear = gear_ratio(p, a)
         d = deflection(p, a, b)
         state[6] = dahl_state(p, state[6], d - state[7])
         state[7] = d
@@ -109,18 +159,34 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
         load = weight(p, a)
         push -= load
     dry = p[FSM] + p[LF] * abs(load)
-    va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
+    if p[BEND] > 0.0:
+        state[BENT] = bristle_force(p, state[BENT], va, dry, h)
+        va = kicked(va, p[JM], push - warm * state[BENT], warm * p[FVM], 0.0, 0.0, 0.0, h)
+    elif p[SOFT] > 0.0:
+        va = softly_kicked(p, va, p[JM], push, warm * p[FVM], warm * dry, h)
+    else:
+        va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
     a += 0.5 * h * va
     if flexible:
-        push = load - weight(p, b) - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb))
+        heavy, back = weight(p, b), 0.0
+        push = load - heavy - warm * (p[AS_L] * abs(vb) + p[QU_L] * vb * abs(vb)) - p[JL] * swing
         if p[J2] > 0.0:
             back = p[K2] * (b - c) + p[D2] * (vb - vc)
             push -= back
-            vc += h * back / p[J2]
+            vc += h * (back / p[J2] - swing)
         dry = p[FS] + p[LF_L] * abs(load)
-        vb = kicked(vb, p[JL], push, warm * p[FV], warm * dry, warm * p[ST_L], p[ST_VL], h)
+        if p[SOFT] > 0.0:
+            vb = softly_kicked(p, vb, p[JL], push, warm * p[FV], warm * dry, h)
+        else:
+            vb = kicked(vb, p[JL], push, warm * p[FV], warm * dry, warm * p[ST_L], p[ST_VL], h)
         b += 0.5 * h * vb
         c += 0.5 * h * vc
+        if p[JB] > 0.0:  # what moves motor and link pushes the base back
+            moved = p[JM] * ((va - va_before) / h + swing) + p[JL] * ((vb - vb_before) / h + swing)
+            held = p[KB] * state[BASE] + p[DB] * state[BASE_RATE]
+            state[BASE_ACCELERATION] = -(moved + heavy + back + held) / p[JB]
+            state[BASE_RATE] += h * state[BASE_ACCELERATION]
+            state[BASE] += h * state[BASE_RATE]
     else:
         b, vb, c, vc = a, va, a, va
     state[0], state[1], state[2], state[3], state[4], state[5] = a, va, b, vb, c, vc
@@ -208,7 +274,10 @@ def _rest_link(p: Floats, motor: float) -> float:
     if abs(elastic_torque(p, deflection(p, motor, motor), 0.0) - weight(p, motor)) < 1e-12:
         return motor
     heaviest = GRAVITY * math.hypot(p[MX], p[MY])
-    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * abs(p[GE]) + 1e-9
+    errors = 0.0
+    for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
+        errors += abs(p[i])
+    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * errors + 1e-9
     low, high = motor - span, motor + span
     for _ in range(60):
         link = 0.5 * (low + high)
@@ -225,8 +294,8 @@ def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
     state = np.zeros(STATE)
     state[0], state[2], state[4] = motor, link, link
     state[7] = float(deflection(p, motor, link))
-    state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT]
-    if p[RIP] != 0.0:
-        state[INTEGRAL] += p[RIP] * math.sin(p[RIP_C] * motor + p[RIP_P])
+    state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT] + float(periodic(p, RIPPLE, motor))
     state[SMOOTH], state[BEFORE], state[EARLIER] = motor, command, command
+    if p[KB] > 0.0:
+        state[BASE] = -float(weight(p, link)) / p[KB]
     return state

@@ -23,16 +23,18 @@ MOUNT = {"mount_mode", "second_mode"}
 """A base that gives way; one of the two is to be named."""
 FRICTION = {
     "stribeck_friction", "load_dependent_friction", "viscous_nonlinearity", "viscous_asymmetry", "friction_drift",
-    "hysteresis",
+    "hysteresis", "presliding_friction",
 }  # fmt: skip
 CAUSES: dict[str, set[str]] = {
     "hysteresis": {"hysteresis"},
     "backlash": {"backlash"},
     "load_friction": {"load_dependent_friction"},
     "stribeck": {"stribeck_friction"},
-    "lugre": {"stribeck_friction"},  # what LuGre's friction has beside its bristles
+    "lugre": {"presliding_friction", "stribeck_friction"},  # LuGre's friction has both
+    "ripple_two": {"torque_ripple"},
     "mount_25hz": MOUNT,
-    "mujoco_friction": FRICTION,  # no effect of the catalogue, but friction of the motor it is
+    "second_mode": MOUNT,
+    "mujoco_friction": FRICTION,
 }
 SENSORS = ("motor", "motor+link")
 QUICK = {("hysteresis", "motor"), ("backlash", "motor+link"), ("stribeck", "motor+link")}

@@ -7,11 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flex_ident.estimation.estimate import estimated, fit_problem
+from flex_ident.estimation.estimate import estimated, fit_problem, validation_blocks
 from flex_ident.estimation.identification import base_start, identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap import GapOptions, explain
 from flex_ident.gap.base import fitted_base
+from flex_ident.gap.final import gap_of
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
@@ -61,7 +62,7 @@ def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
     sensors = "motor" if options.sensors == "motor" or recording.link_position is None else "motor+link"
     problem = fit_problem(recording, sensors=sensors, rigid=options.rigid)
     estimate = estimated(problem, *base_start(problem, options, prismatic=slides), prismatic=slides)
-    kinds = fitted_base(problem, gap)
+    kinds, _ = fitted_base(problem, gap)
     solver, base = kinds.solver, kinds.fit
     assert base.free == estimate.fit.free
     for key in base.free:
@@ -70,6 +71,8 @@ def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
     assert left.gap == pytest.approx(estimate.left.gap, rel=1e-9)
     assert left.floor == pytest.approx(estimate.left.floor, rel=1e-9)
     assert left.evidence == estimate.left.evidence
+    held = validation_blocks(problem)  # the gap is of the samples that its noise is of: not where the motor sticks
+    assert gap_of(problem, base.values, held) == pytest.approx(remainder(solver, base, held).gap, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -81,12 +81,12 @@ def test_an_effect_brings_its_own_priors_and_takes_its_nuisance_over(problems: d
     taken = set()
     for name, effect in CATALOGUE.items():
         priors = model_priors(problem, [name])
-        assert plain - set(priors) == {k for k in (effect.replaces, effect.stand_in) if k}, name
+        assert plain - set(priors) == {k for k in (effect.replaces, *effect.stand_ins) if k}, name
         own = set(priors) - plain
         assert all(key.startswith(f"{name}.") for key in own), name
         assert bool(own) == (effect.priors is not None), name
         taken |= plain - set(priors)
-    assert taken == {"torque_delay", "link_skew", "far_mode"}
+    assert taken == {"torque_delay", "link_skew", "far_mode", "presliding", "reversal_speed", "reversal_lead"}
 
 
 def sampled(role: Role, topic: str) -> Sampling:

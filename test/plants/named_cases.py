@@ -36,13 +36,21 @@ HIDDEN: dict[str, dict[str, float]] = {
     "load_friction": {"load": 0.05},
     "stribeck": {"stribeck": 3.0, "stribeck_speed": 0.1},
     "lugre": {"bristle": 2e4, "stribeck": 3.0, "stribeck_speed": 0.05},
+    "ripple_two": {
+        "ripple": 5.0, "ripple_cycles": 200.0, "ripple_phase": 0.3,
+        "ripple_2": 4.0, "ripple_2_cycles": 330.0, "ripple_2_phase": 1.1,
+    },
     "mount_25hz": {
         "mount_inertia": MOUNT,
         "mount_stiffness": MOUNT * (2.0 * math.pi * 25.0) ** 2,
         "mount_damping": 0.02 * 2.0 * MOUNT * 2.0 * math.pi * 25.0,
     },
+    "second_mode": {
+        "JL": 1.9, "second_inertia": 0.3, "second_stiffness": 0.3 * (2.0 * math.pi * 22.0) ** 2,
+        "second_damping": 0.06 * 0.3 * 2.0 * math.pi * 22.0,
+    },
     "mujoco_friction": {"Jm": 2.5, "K": 9900.0, "FVm": 9.0, "FSm": 6.9, "FV": 3.5, "FS": 1.5, "MY": 0.0},
-}
+}  # fmt: skip
 """What differs from the plain cobot, by case."""
 FLEXIBLE = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "MX", "MY")
 RATE_HZ, RATIO, DURATION_S, START = 1000.0, 4, 40.0, 0.6

@@ -1,6 +1,8 @@
 """What a missing effect would move: the linear shift is that of a refit, and intervals widen by it."""
 
+from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Recording
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.scoring import following_of, orthonormal, projected, scores
+from flex_ident.screening.sketching import sketched
 from flex_ident.screening.suspects import Suspect, named_shift, suspects, unexplained_gap, widened
 from flex_ident.screening.thresholds import NO_CAUSE, STRONG
 
@@ -99,6 +102,26 @@ def test_a_suspect_would_move_the_model_as_a_refit_does(quadratic: float, strong
         assert suspect.gap is not None
         left = np.sqrt(np.mean(solver.problem.residuals(refit.values)[0][solver.problem.usable] ** 2))
         assert suspect.gap == pytest.approx(float(left), rel=0.02)
+
+
+def test_the_likeliest_is_refitted_further_where_there_is_structure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sketch that is broken off on its way says too little of what the effect would move."""
+    solver, fit = rigid(0.2)
+    whole = suspects(solver, fit)[0]
+
+    def part_of_the_way(*args: Any) -> Fit:
+        there = sketched(*args)
+        values = {k: 0.8 * v + 0.2 * fit.values.get(k, 0.0) for k, v in there.values.items()}
+        return replace(there, values=values, cost=0.8 * there.cost + 0.2 * fit.cost)
+
+    monkeypatch.setattr("flex_ident.screening.suspects.sketched", part_of_the_way)
+    broken_off = suspects(solver, fit)[0]
+    further = suspects(solver, fit, left=remainder(solver, fit))[0]
+    assert whole.effect == broken_off.effect == further.effect
+    assert further.gain == pytest.approx(whole.gain, rel=0.01)
+    own = np.array([uncertainty_of(fit, solver.problem.rate_hz).std(k) for k in fit.free])
+    np.testing.assert_array_less(np.abs(further.shift - whole.shift), 0.1 * own)
+    assert np.max(np.abs(broken_off.shift - whole.shift) / own) > 0.3
 
 
 def test_nothing_hidden_nothing_suspected() -> None:

@@ -23,8 +23,17 @@ EFFECTS: dict[str, dict[str, float]] = {
     "backlash": {"gap": 5e-4},
     "hysteresis": {"torque": 2.0, "deflection": 1e-3},
     "joint_damping": {"damping": 4.0},
-    "torque_ripple": {"amplitude": 2.0, "cycles_per_turn": 80.0, "phase": 0.4},
-    "kinematic_error": {"amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4},
+    "torque_ripple": {
+        "amplitude": 2.0, "cycles_per_turn": 80.0, "phase": 0.4,
+        "amplitude_2": 1.5, "cycles_per_turn_2": 120.0, "phase_2": 1.4,
+        "amplitude_5": 1.0, "cycles_per_turn_5": 40.0, "phase_5": 0.1,
+    },
+    "kinematic_error": {
+        "amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4,
+        "amplitude_3": 1e-4, "cycles_per_turn_3": 50.0, "phase_3": 1.0,
+    },
+    "presliding_friction": {"deflection": 5e-4, "amplitude": 3.0, "velocity": 0.05},
+    "mount_mode": {"inertia": 20.0, "stiffness": 8e4, "damping": 60.0},
     "iron_saturation": {"loss": 4e-6},
     "torque_droop": {"loss": 0.05},
     "time_delay": {"delay": 4e-3},
@@ -35,9 +44,14 @@ WORST_PERCENT = 1.5
 """Difference between the two, of the torque and of the deflection: integrators, sticking, and the low-pass."""
 
 
-def difference_percent(name: str, *, known: bool) -> float:
+OTHERS = {"presliding_friction": {"softness": 0.111, "time": 0.0095}}
+"""Effects that have a second law."""
+
+
+def difference_percent(name: str, *, known: bool, other: bool = False) -> float:
     """Largest relative difference over torque and deflection, the simulation with or without the effect."""
-    truth = COBOT_JOINT.with_effect(name, EFFECTS[name]) if name else COBOT_JOINT
+    own = OTHERS if other else EFFECTS
+    truth = COBOT_JOINT.with_effect(name, own[name]) if name else COBOT_JOINT
     problem = fit_problem(virtual_recording(truth, EXPERIMENT, CLEAN, seed=0), sensors="motor+link")
     assert problem.link is not None
     rows = problem.usable
@@ -53,6 +67,13 @@ def difference_percent(name: str, *, known: bool) -> float:
 @pytest.mark.parametrize("name", ["", *EFFECTS])
 def test_the_simulation_does_what_another_plant_does(name: str) -> None:
     assert difference_percent(name, known=True) < WORST_PERCENT
+
+
+@pytest.mark.parametrize("name", list(OTHERS))
+def test_a_second_law_likewise(name: str) -> None:
+    apart = difference_percent(name, known=True, other=True)
+    assert apart < WORST_PERCENT
+    assert difference_percent(name, known=False, other=True) > 1.2 * apart
 
 
 @pytest.mark.parametrize("name", list(EFFECTS))

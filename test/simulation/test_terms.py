@@ -18,7 +18,7 @@ from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, link_motion, link_motions, motor_torque
-from flex_ident.simulation.terms import MEASUREMENT_TERMS, Term
+from flex_ident.simulation.terms import HARMONICS, MEASUREMENT_TERMS, Term
 from flex_ident.virtual_joint import COBOT_JOINT
 
 RATE = 500.0
@@ -34,8 +34,15 @@ SIZES: dict[Term, float] = {
     Term.RIPPLE_PHASE: 0.3, Term.TORQUE_DELAY: 1e-3, Term.TORQUE_AVERAGING: 0.04, Term.LINK_SKEW: 1e-3,
     Term.LINK_SCALE: 1e-3, Term.LINK_DRIFT: 1e-4, Term.IRON_LOSS: 1e-6, Term.TORQUE_DROOP: 0.02,
     Term.LINK_ZERO: 1e-2, Term.TORQUE_LIMIT: 30.0, Term.REVERSAL_SPEED: 0.02, Term.PRESLIDING: 1e-3,
+    Term.BRISTLE_DEFLECTION: 5e-4, Term.BRISTLE_STRIBECK: 1.0, Term.BRISTLE_STRIBECK_VELOCITY: 0.05,
+    Term.SOFT_FRICTION: 0.1, Term.SOFT_FRICTION_TIME: 0.01,
+    Term.MOUNT_INERTIA: 30.0, Term.MOUNT_STIFFNESS: 4e5, Term.MOUNT_DAMPING: 100.0,
     Term.REVERSAL_LEAD: 2e-3, Term.EFFORT_LAG: 1e-3, Term.GRAVITY_REMOVED: 1.0,
 }  # fmt: skip
+for _n in HARMONICS[1:]:
+    for _one, _size in (("RIPPLE", 0.5), ("RIPPLE_CYCLES", 90.0), ("RIPPLE_PHASE", 0.7), ("KINEMATIC_ERROR", 1e-4),
+                        ("KINEMATIC_CYCLES", 50.0), ("KINEMATIC_PHASE", 0.2)):  # fmt: skip
+        SIZES[Term[f"{_one}{_n}"]] = _size
 """What each term may be in a cobot's joint; those of the base model are the joint's own."""
 
 
