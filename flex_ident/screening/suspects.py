@@ -15,7 +15,7 @@ import numpy as np
 from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.comparison import correlation_factor
-from flex_ident.likelihood.covariance import Uncertainty
+from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import Remainder
 from flex_ident.likelihood.steady import SteadyFit
@@ -23,7 +23,7 @@ from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
 from flex_ident.screening.sketching import extended_solver, raced, raced_starts, sketched
-from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, STRONG
+from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, SHOWS, STRONG
 
 MOST_SKETCHES = 4
 FURTHER = 12
@@ -74,6 +74,7 @@ def suspects(
             there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
             found = _merged(found, _screened(steady, there, prismatic=prismatic))
         found = _looked_into(found, left, prismatic=prismatic) if found else found
+    found = _merged(found, _stood_in_for(solver, fit, prismatic=prismatic))
     return tuple(sorted((t.suspect for t in found if t.score.shift is not None or t.there), key=lambda s: -s.gain))
 
 
@@ -138,6 +139,33 @@ class _Tried:
         except ExcitationError:
             return self
         return self.refitted(found) if found.cost < self.there.cost else self
+
+
+def _stood_in_for(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Tried]:
+    """What a nuisance that shows may stand for: the effects that it stands in for, and those that are confused with
+    them, told from a fit without it, as no small step from the fit with it leads there."""
+    known = uncertainty_of(fit, solver.problem.rate_hz)
+    shown = {
+        n
+        for e in CATALOGUE.values() if e.where == "link"
+        for n in e.stand_ins if n in fit.free and abs(fit.values[n]) > SHOWS * known.std(n)
+    }  # fmt: skip
+    if not shown:
+        return []
+    likely = {n for n, e in CATALOGUE.items() if shown & set(e.stand_ins)}
+    likely |= {n for n, e in CATALOGUE.items() if likely & set(e.confused_with)}
+    own = SteadyFit(
+        solver.problem, priors={k: p for k, p in solver.priors.items() if k not in shown}, marks=solver.marks,
+        local=solver.local,
+    )  # fmt: skip
+    values, keys = {**fit.values, **dict.fromkeys(shown, 0.0)}, [k for k in fit.free if k not in shown]
+    try:
+        without = own.solve(keys, values, fit.whitenings, iterations=FURTHER, tolerance=1e-3, rough=True)
+    except ExcitationError:
+        return []
+    tried = [t for t in _screened(own, without, prismatic=prismatic) if t.suspect.effect in likely and t.there]
+    ends = [(t, t.continued().there) for t in tried]
+    return [replace(t, solver=solver, fit=fit).refitted(there) for t, there in ends if there is not None]
 
 
 def _merged(one: list[_Tried], two: list[_Tried]) -> list[_Tried]:
