@@ -44,4 +44,4 @@ def unit_in_amperes(text: str) -> str:
     """A unit, or a text with units in it, for an effort in amperes."""
     for unit, other in INERTIAS.items():
         text = re.sub(rf"\b{re.escape(unit)}(?![\w^])", other, text)
-    return re.sub(r"\bN\b( m\b)?", "A", text)
+    return re.sub(r"\bN\b( m\b)?", "A", text).replace("(A)", "A")
