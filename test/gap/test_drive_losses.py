@@ -14,7 +14,7 @@ LOSSES = {"torque_droop": 0.05, "iron_saturation": 2e-5}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect", list(LOSSES))
+@pytest.mark.parametrize("effect", [pytest.param("torque_droop", marks=pytest.mark.campaign), "iron_saturation"])
 def test_a_loss_of_torque_is_suspected_and_the_intervals_reach_as_far(effect: str) -> None:
     truth = COBOT_JOINT.with_effect(effect, {"loss": LOSSES[effect]})
     recording = virtual_recording(truth, EXPERIMENT, CHAIN, seed=4)

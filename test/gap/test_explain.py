@@ -60,7 +60,6 @@ def test_a_hidden_effect_is_named_and_measured(effect: str, parameters: dict[str
 
 @pytest.mark.slow
 @pytest.mark.campaign
-@pytest.mark.campaign
 def test_damping_is_found_that_a_skew_of_the_encoders_stands_in_for() -> None:
     found = explained(PAPER_JOINT.with_effect("joint_damping", {"damping": 19.0}), seed=3, sensors="motor+link")
     assert [f.effect for f in found.findings] == ["joint_damping"]
@@ -69,7 +68,6 @@ def test_damping_is_found_that_a_skew_of_the_encoders_stands_in_for() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.campaign
 @pytest.mark.campaign
 def test_gravity_left_out_by_hand_is_found_again() -> None:
     found = explained(PAPER_JOINT, sensors="motor+link", without=("MX", "MY"))

@@ -75,7 +75,6 @@ def test_a_joint_that_slides_is_told_in_newtons_and_metres(backlash: GapExplanat
 
 @pytest.mark.slow
 @pytest.mark.campaign
-@pytest.mark.campaign
 def test_cubic_stiffness_is_named_from_the_motor_alone() -> None:
     cubic = 0.15 * COBOT_JOINT.value("K") / 2e-3**2
     found = explain(recorded("nonlinear_stiffness", link=False, cubic=cubic))
