@@ -26,6 +26,8 @@ MEMORY = {
     "distributed.worker.memory.pause": False, "distributed.worker.memory.terminate": 0.95,
 }  # fmt: skip
 """A recording cannot be spilled to disk, and a paused worker waits for ever: it is ended when it takes too much."""
+ANY_PORT = "127.0.0.1:0"
+"""Of the scheduler's own page: two commands at a time do not meet."""
 SILENT = 60
 """Above the highest level of logging."""
 
@@ -57,7 +59,7 @@ def connected(address: str = "", workers: int = 0) -> Iterator[Any]:
         dask.config.set(settings),
         distributed.LocalCluster(
             n_workers=workers or cores(), threads_per_worker=1, processes=True, memory_limit=memory_share(distributed),
-            dashboard_address=None, silence_logs=SILENT,
+            dashboard_address=ANY_PORT, silence_logs=SILENT,
         ) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):  # fmt: skip

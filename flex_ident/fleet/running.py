@@ -18,6 +18,7 @@ from flex_ident.fleet.rows import ERROR
 from flex_ident.fleet.work import Outcome, Work, archived, lost
 from flex_ident.jobs.options import identify_options, names_in, signal_selection
 from flex_ident.jobs.several import refuse_of_one
+from flex_ident.report.folder import check_writable
 
 FILES = ("model", "type_file")
 """Settings that name files: what is in them is part of what was asked."""
@@ -67,6 +68,7 @@ def batch(
     settings = asked(values)
     archive = Archive(folder.expanduser().resolve())
     works = [Work(own.path, own.robot, tag, settings, archive.folder) for own in recordings]
+    check_writable(archive.folder, "--archive")
     done: list[Outcome] = []
     with connected(scheduler, min(workers, len(works)) if workers else 0) as client:
         archive.opened()
