@@ -7,6 +7,7 @@ another; an item whose workers keep dying is tried once more by itself, so that 
 from __future__ import annotations
 
 import os
+from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -86,26 +87,16 @@ def _completed(client: Any, function: Callable[[Item], Result], items: Sequence[
     futures = {client.submit(function, item, pure=False): item for item in items}
     for future in distributed.as_completed(list(futures), loop=client.loop):
         item = futures.pop(future)
-        error = None if future.status == "finished" else _failure(future)
-        if isinstance(error, distributed.KilledWorker):
+        try:
+            result = future.result()  # waits anew where it was lost with the worker that had it
+        except distributed.KilledWorker:
             yield item, None
-        elif error is not None:
+        except (Exception, CancelledError) as error:
             text = " ".join(str(error).split())
             raise ClusterError(f"the Dask cluster cannot go on ({type(error).__name__}: {text}).") from error
         else:
-            yield item, future.result()
+            yield item, result
         future.release()
-
-
-def _failure(future: Any) -> BaseException:
-    """Why a future has no result; one that was cancelled says so itself."""
-    try:
-        error: BaseException | None = future.exception()
-    except BaseException as cancelled:
-        if isinstance(cancelled, (KeyboardInterrupt, SystemExit)):
-            raise
-        return cancelled
-    return error or RuntimeError(future.status)
 
 
 def cores() -> int:

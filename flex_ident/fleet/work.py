@@ -70,11 +70,17 @@ def archived(work: Work) -> Outcome:
 
 
 def lost(work: Work, message: str) -> Outcome:
-    """The outcome of a recording whose worker did not live to say one, after its row is in the archive."""
+    """The outcome of a recording whose worker did not live to say one, after its row is in the archive.
+
+    A result that was archived before its worker died stays.
+    """
     archive = Archive(work.archive)
     sha256 = content_hash(work.bag)
-    rows = [error_row(_common(work, sha256, {}), _joint(work), message, again=True)]
-    archive.write(archive.file_of(sha256, work.settings), rows)
+    file = archive.file_of(sha256, work.settings)
+    rows = archive.rows_in(file)
+    if not rows or any(row["again"] for row in rows):
+        rows = [error_row(_common(work, sha256, {}), _joint(work), message, again=True)]
+        archive.write(file, rows)
     return _outcome(work, rows)
 
 

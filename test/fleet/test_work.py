@@ -40,6 +40,7 @@ def test_a_recording_that_may_be_answered_later_is_tried_again(
     assert not again.there
     assert "x.mcap" in again.joints[0].message
     assert archived(own).there
+    assert "x.mcap" in lost(own, "its worker was killed").joints[0].message
     [row] = Archive(tmp_path).rows()
     assert (row["verdict"], row["again"]) == ("error", False)
 
