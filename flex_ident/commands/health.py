@@ -29,8 +29,8 @@ def add_health(parser: argparse.ArgumentParser) -> None:
 def _run(given: argparse.Namespace) -> int:
     from flex_ident.fleet.archive import Archive
     from flex_ident.fleet.health import COLUMNS, fleet_health
-    from flex_ident.report.health_table import health_text
+    from flex_ident.report.health_table import health_text, worded
 
     content = fleet_health(Archive(given.archive).rows(COLUMNS), given.baseline)
-    print(json.dumps(content, allow_nan=False) if given.json else health_text(content))
+    print(json.dumps(worded(content), allow_nan=False) if given.json else health_text(content))
     return CHANGED if content["changes"] else 0

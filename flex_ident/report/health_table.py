@@ -10,16 +10,16 @@ from flex_ident.report.table import rounded, text_table
 
 HEADER = ("robot", "joint", "parameter", "before", "after", "unit", "change", "95 % interval", "chance", "since")
 CAUSES = {
-    "effort_scale": "not the joint but the scale of the effort, as all changed alike: torque constant or torque sensor",
-    "gear_wear": "stiffness fell and backlash grew, or backlash grew alone: wear of the gear",
-    "transmission": "stiffness fell: wear of the gear, a belt that lost tension, or bolts that came loose",
-    "stiffer": "stiffness rose: a part was changed or tightened, or the joint was recorded at another load",
-    "payload": "the link's inertia or first moment changed: another tool, payload or cable",
-    "temperature": "friction changed with the temperature of the recordings: compare at one temperature",
-    "lubrication": "friction alone changed: lubrication or temperature",
-    "dry_friction": "dry friction alone grew: preload, a seal, a dragging brake, or lubrication",
-    "offset": "the offset alone changed: the zero of the effort, or gravity that the controller takes away",
-    "several": "several things at once: explain_gap on a recording from before and one from after tells more",
+    "effort_scale": "all changed alike: probably not the joint but the scale of the effort (torque constant, torque sensor)",
+    "gear_wear": "backlash grew: probably wear of the gear",
+    "transmission": "stiffness fell: probably wear of the gear, a belt that lost tension, or bolts that came loose",
+    "stiffer": "stiffness rose: probably a part was changed or tightened, or the load is another",
+    "payload": "the link's inertia or first moment changed: probably another tool, payload or cable",
+    "temperature": "friction changed, and so did the temperature: probably that; compare at one temperature",
+    "lubrication": "friction alone changed: probably lubrication or temperature",
+    "dry_friction": "dry friction alone grew: probably preload, a seal, a dragging brake, or lubrication",
+    "offset": "the offset alone changed: probably the zero of the effort, or gravity that the controller takes away",
+    "several": "several things changed at once: explain_gap on a recording from before and one from after tells more",
 }
 """What each probable cause of `fleet.causes` means."""
 
@@ -34,7 +34,7 @@ def health_text(content: Mapping[str, Any]) -> str:
         lines += ["", _table(content["changes"]), ""]
         for joint in content["joints"]:
             if "cause" in joint:
-                lines.append(f"{_name(joint)}: probably {CAUSES[joint['cause']]}.")
+                lines.append(f"{_name(joint)}: {CAUSES[joint['cause']]}.")
     if content["to_confirm"]:
         lines += ["", "The newest result alone is off; another recording would confirm or clear it:"]
         lines += [_table(content["to_confirm"])]
@@ -44,6 +44,12 @@ def health_text(content: Mapping[str, Any]) -> str:
         f"{100.0 * held['rate']:.0f} % are false on average ({held['method']} over all of them).",
     ]
     return "\n".join(lines)
+
+
+def worded(content: Mapping[str, Any]) -> dict[str, Any]:
+    """The same content with each joint's cause in words beside its name."""
+    joints = [{**own, "cause_text": CAUSES[own["cause"]]} if "cause" in own else own for own in content["joints"]]
+    return {**content, "joints": joints}
 
 
 def _name(joint: Mapping[str, Any]) -> str:
