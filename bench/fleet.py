@@ -12,6 +12,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from flex_ident.bags.virtual import write_virtual_bag
@@ -56,7 +57,8 @@ def main() -> None:
         print(f"one process, a loop: {alone:.1f} s, {alone / count:.2f} s a bag")
         for workers in (1, 2):
             archive = folder / f"fleet{workers}"
-            took, again = (seconds(lambda: batch(bags, VALUES, archive, workers=workers)) for _ in range(2))
+            run = partial(batch, bags, VALUES, archive, workers=workers)
+            took, again = seconds(run), seconds(run)
             own = took - again
             print(
                 f"batch, {workers} worker(s): {took:.1f} s, {again:.1f} s of it start and hashes (a second run); "

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flex_ident.commands.common import add_settings, given_settings, one_line
+from flex_ident.commands.common import add_settings, given_settings, help_end, one_line
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
 from flex_ident.recording.names import path_text
@@ -26,11 +25,18 @@ EXAMPLES = (
     "flex_ident batch 'bags/{robot}/**' --archive fleet --tag acceptance   # the robot's name is in the path",
     "flex_ident batch 'bags/**' --archive fleet --scheduler tcp://10.0.0.5:8786",
 )
+STATUSES = """\
+exit status:
+  0  all recordings are answered, and no result is rejected
+  2  wrong usage or configuration, or a library is missing
+  3  none is answered, or the cluster cannot go on
+  4  some have no answer, or a result is rejected"""
 STOPPED = 130
 
 
 def add_batch(parser: argparse.ArgumentParser) -> None:
     """The options of `flex_ident batch`, and what it runs."""
+    parser.epilog = help_end(EXAMPLES, STATUSES)
     parser.add_argument(
         "patterns", nargs="+", metavar="PATTERN",
         help="bags, folders of bags, or patterns in quotes: ** is any number of folders, {robot} the robot's name",
@@ -125,7 +131,7 @@ def _say(line: str) -> None:
 @contextmanager
 def _bar(total: int, *, shown: bool) -> Iterator[Any]:
     """What counts recordings in a bar on a terminal."""
-    if not shown or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
+    if not shown or not sys.stderr.isatty():
         yield lambda _count: None
         return
     from tqdm import tqdm

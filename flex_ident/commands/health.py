@@ -6,6 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
+from flex_ident.commands.common import help_end
+
 CHANGED = 4
 """Exit status where something has changed."""
 EXAMPLES = (
@@ -13,10 +15,17 @@ EXAMPLES = (
     "flex_ident health fleet --baseline 2026-03-31   # against all recordings up to that day",
     "flex_ident health fleet --baseline acceptance --json",
 )
+STATUSES = """\
+exit status:
+  0  nothing has changed
+  2  wrong usage, or a library is missing
+  3  nothing can be compared, or there is no archive
+  4  something has changed"""
 
 
 def add_health(parser: argparse.ArgumentParser) -> None:
     """The options of `flex_ident health`, and what it runs."""
+    parser.epilog = help_end(EXAMPLES, STATUSES)
     parser.add_argument("archive", type=Path, metavar="ARCHIVE", help="the folder that flex_ident batch wrote")
     parser.add_argument(
         "--baseline", default="", metavar="DATE|TAG",

@@ -10,7 +10,7 @@ from flex_ident.report.table import rounded, text_table
 
 HEADER = ("robot", "joint", "parameter", "before", "after", "unit", "change", "95 % interval", "chance", "since")
 CAUSES = {
-    "effort_scale": "all changed alike: probably not the joint but the scale of the effort (torque constant, torque sensor)",
+    "effort_scale": "all changed alike: probably not the joint but the effort's scale (torque constant, torque sensor)",
     "gear_wear": "backlash grew: probably wear of the gear",
     "transmission": "stiffness fell: probably wear of the gear, a belt that lost tension, or bolts that came loose",
     "stiffer": "stiffness rose: probably a part was changed or tightened, or the load is another",
