@@ -6,6 +6,7 @@ another; an item whose workers keep dying is tried once more by itself, so that 
 
 from __future__ import annotations
 
+import logging
 import os
 from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
@@ -49,6 +50,7 @@ def connected(address: str = "", workers: int = 0) -> Iterator[Any]:
         "distributed.nanny.pre-spawn-environ": {**dask.config.get("distributed.nanny.pre-spawn-environ", {}), **ALONE},
     }  # fmt: skip
     if address:
+        _silence()
         try:
             client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
@@ -84,6 +86,7 @@ def outcomes(client: Any, function: Callable[[Item], Result], items: Sequence[It
 
 def _completed(client: Any, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[tuple[Item, Any]]:
     distributed = extra_module("distributed", EXTRA, WHAT)
+    cancelled = distributed.client.FutureCancelledError
     futures = {client.submit(function, item, pure=False): item for item in items}
     for future in distributed.as_completed(list(futures), loop=client.loop):
         item = futures.pop(future)
@@ -91,12 +94,21 @@ def _completed(client: Any, function: Callable[[Item], Result], items: Sequence[
             result = future.result()  # waits anew where it was lost with the worker that had it
         except distributed.KilledWorker:
             yield item, None
-        except (Exception, CancelledError) as error:
+        except (CancelledError, cancelled) as error:
+            raise ClusterError("the connection to the Dask scheduler is lost.") from error
+        except Exception as error:
             text = " ".join(str(error).split())
-            raise ClusterError(f"the Dask cluster cannot go on ({type(error).__name__}: {text}).") from error
+            raise ClusterError(f"a Dask worker cannot do this ({type(error).__name__}: {text}).") from error
         else:
             yield item, result
         future.release()
+
+
+def _silence() -> None:
+    """Keep Dask from telling on standard error, with tracebacks, what is said in a line."""
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(SILENT)
 
 
 def cores() -> int:
