@@ -12,7 +12,7 @@ from typing import Any
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.fleet.archive import Archive
-from flex_ident.fleet.cluster import connected, outcomes
+from flex_ident.fleet.cluster import connected, cores, outcomes
 from flex_ident.fleet.recordings import Found
 from flex_ident.fleet.rows import ERROR
 from flex_ident.fleet.work import Outcome, Work, archived, lost
@@ -70,7 +70,7 @@ def batch(
     works = [Work(own.path, own.robot, tag, settings, archive.folder) for own in recordings]
     check_writable(archive.folder, "--archive")
     done: list[Outcome] = []
-    with connected(scheduler, min(workers, len(works)) if workers else 0) as client:
+    with connected(scheduler, min(workers or cores(), len(works))) as client:
         archive.opened()
         for work, outcome in outcomes(client, archived, works):
             done.append(outcome if outcome is not None else lost(work, KILLED))
