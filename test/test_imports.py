@@ -15,7 +15,7 @@ STAGES = (
 """The method, each stage above what it may import."""
 ASIDE = ("excitation", "virtual_joint")
 """Core that the method does not import: what moves a joint, and a joint to move."""
-ADAPTERS = ("bags", "formats", "configuration", "report", "jobs", "commands", "nodes")
+ADAPTERS = ("bags", "formats", "configuration", "report", "jobs", "fleet", "commands", "nodes")
 FOREIGN = ("rclpy", "rosbags", "matplotlib", "jinja2", "tqdm", "std_msgs", "sensor_msgs")
 ALLOWED: dict[str, tuple[str, ...]] = {
     "notices": (),
@@ -86,12 +86,13 @@ def test_only_nodes_need_ros(adapter: str) -> None:
         assert not any(n.split(".")[0] == "rclpy" for n in imported(path)), path
 
 
-@pytest.mark.parametrize("adapter", ["bags", "formats", "configuration", "report", "jobs"])
+@pytest.mark.parametrize("adapter", ["bags", "formats", "configuration", "report", "jobs", "fleet"])
 def test_what_commands_and_nodes_share_knows_neither(adapter: str) -> None:
     for path in (ROOT / adapter).rglob("*.py"):
         for name in imported(path):
             assert not name.startswith(("flex_ident.commands", "flex_ident.nodes")), f"{path.name} imports {name}"
-            assert adapter == "jobs" or not name.startswith("flex_ident.jobs"), f"{path.name} imports {name}"
+            assert adapter == "fleet" or not name.startswith("flex_ident.fleet"), f"{path.name} imports {name}"
+            assert adapter in ("jobs", "fleet") or not name.startswith("flex_ident.jobs"), f"{path.name} imports {name}"
 
 
 def test_every_folder_is_in_the_architecture() -> None:

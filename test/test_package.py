@@ -12,7 +12,7 @@ APT = {
     "rosbags": "python3-rosbags-pip",
     **{n: f"python3-{n}" for n in ("numpy", "scipy", "matplotlib", "jinja2", "tqdm", "numba")},
 }
-EXTRAS = {"google", "h5py", "pyarrow"}
+EXTRAS = {"google", "h5py", "pyarrow", "dask", "distributed"}
 """What setup.py's extras bring: imported where a file needs it, and asked for in one line where it is missing."""
 
 

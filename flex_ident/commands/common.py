@@ -44,9 +44,9 @@ exit status:
   4  done, but the result must not be trusted"""
 
 
-def help_end(examples: Sequence[str]) -> str:
+def help_end(examples: Sequence[str], statuses: str = EXIT_STATUSES) -> str:
     """What `--help` says below the options: examples and exit statuses."""
-    return "\n".join(["examples:", *(f"  {example}" for example in examples), "", EXIT_STATUSES])
+    return "\n".join(["examples:", *(f"  {example}" for example in examples), "", statuses])
 
 
 def command_parser(prog: str, description: str, examples: Sequence[str]) -> Parser:

@@ -1,4 +1,4 @@
-"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, import, compare, export, effects, codes."""
+"""`flex_ident SUBCOMMAND`: demo, design-filter, reproduce-paper, check-bag, import, batch, compare, export, codes..."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from flex_ident.commands.batch import EXAMPLES as BATCH_EXAMPLES
+from flex_ident.commands.batch import add_batch
 from flex_ident.commands.common import (
     add_settings,
     command_parser,
@@ -18,6 +20,8 @@ from flex_ident.commands.common import (
     help_end,
     seed_number,
 )
+from flex_ident.commands.health import EXAMPLES as HEALTH_EXAMPLES
+from flex_ident.commands.health import add_health
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS, IMPORT_SETTINGS
 from flex_ident.errors import UsageError
 
@@ -42,6 +46,8 @@ EXAMPLES = {
         "flex_ident import log.mat --out my_bag --time t --position q[1] --effort tau[1]",
         "flex_ident import dataset --out my_bag --episode 3 --position-scale 0.0174533   # LeRobot, degrees",
     ),
+    "batch": BATCH_EXAMPLES,
+    "health": HEALTH_EXAMPLES,
     "compare": ("flex_ident compare results/monday results/friday", "flex_ident compare a/result.json a/gap.json"),
     "export": ("flex_ident export results/elbow --to mujoco --out elbow.xml", "flex_ident export a/gap.json --to csv"),
     "effects": ("flex_ident effects",),
@@ -65,6 +71,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     _reproduce_paper(_added(sub, "reproduce-paper", "section 4 of the paper: Tables 1 to 3, Figures 1 and 2"))
     _check_bag(_added(sub, "check-bag", "what a bag holds and whether a joint can be identified from it"))
     _import(_added(sub, "import", "a CSV, MATLAB, HDF5 or Parquet file or a LeRobot dataset as a bag"))
+    add_batch(_added(sub, "batch", "many recordings, in parallel here or on a Dask cluster, into an archive"))
+    add_health(_added(sub, "health", "what has changed since the baseline, joint by joint; exit status 4 if any"))
     _compare(_added(sub, "compare", "results side by side, with the differences that are beyond chance"))
     _export(_added(sub, "export", "a result as URDF dynamics, MuJoCo XML, YAML or CSV"))
     _effects(_added(sub, "effects", "the catalogue of effects"))

@@ -36,3 +36,9 @@ DIFFER = 0.01
 """Chance under which two results of one joint are said to differ. Set by hand."""
 LEAST_DIRECTION = 1e-6
 """Variance of a combination over the largest, of correlations, under which it is left out: a thousandth in size."""
+FALSE_CHANGES = 0.05
+"""Share of the changes named over a fleet that may be false on average: the chance of any where nothing changed."""
+FEWEST_TO_SHARE_SCATTER = 5
+"""Series from which what they have in common of their scatter is estimated: it is a variance of variances. By hand."""
+FIRST_RESULTS = 3
+"""Results of a joint that are its baseline where none is named, less where there are no more. Set by hand."""

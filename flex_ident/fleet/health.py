@@ -1,0 +1,135 @@
+"""What has changed in a fleet, each parameter of each joint against its baseline, false alarms held over all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flex_ident.errors import DataError
+from flex_ident.fleet.causes import probable_cause
+from flex_ident.fleet.history import History, Told, histories
+from flex_ident.fleet.rows import Row
+from flex_ident.pooling.changes import Scatter, Series, Step, adjusted, common_scatter, step
+from flex_ident.pooling.thresholds import FALSE_CHANGES
+
+HEALTH = "flex_ident/health/1"
+COLUMNS = (
+    "robot", "joint", "sha256", "sensors", "verdict", "recorded_at", "finished_at", "tag", "conditions", "parameters",
+)  # fmt: skip
+"""What is read of the archive."""
+WARMER = 5.0
+"""Kelvin by which recordings must differ before a change of friction is put down to it. Set by hand."""
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """One parameter of one joint: its series, and the results that it is of."""
+
+    history: History
+    key: str
+    unit: str
+    series: Series
+    results: tuple[Told, ...]
+
+    @property
+    def name(self) -> tuple[str, ...]:
+        """What it is of."""
+        return (*self.history.name, self.key, self.unit)
+
+
+def fleet_health(rows: Iterable[Row], baseline: str = "") -> dict[str, Any]:
+    """The content of `flex_ident health --json` (docs/fleet.md). Raises DataError where nothing can be compared."""
+    known = histories(rows, baseline)
+    compared = [c for history in known for c in _comparisons(history)]
+    scatter = _scatter(compared)
+    steps = [(c, step(c.series, scatter[c.key])) for c in compared]
+    newest = [(c, step(c.series, scatter[c.key], newest=True)) for c in compared]
+    judged = [(c, s) for c, s in steps if s is not None]
+    if not judged:
+        raise DataError(
+            f"nothing can be compared: {len(known)} joints, and none has results enough (a change rests on two results "
+            "behind the baseline, and how much results scatter on three or more, or on five joints)."
+        )
+    changes = _significant(judged)
+    changed = {c.name for c, _, _ in changes}
+    alone = [(c, s) for c, s in newest if s is not None and c.name not in changed]
+    return {
+        "schema": HEALTH, "baseline": baseline or "first results",
+        "false_alarms": {"method": "Benjamini-Hochberg", "rate": FALSE_CHANGES, "comparisons": len(judged)},
+        "joints": [_joint(h, judged, changes) for h in known],
+        "changes": [_change(*own) for own in changes],
+        "to_confirm": [_change(*own) for own in _significant(alone)],
+    }  # fmt: skip
+
+
+def _comparisons(history: History) -> list[_Compared]:
+    """A series for each parameter and unit that a result of the baseline and a later one determine."""
+    before = history.results[: history.baseline]
+    found = []
+    for key, unit in dict.fromkeys((k, p[2]) for told in before for k, p in told.parameters.items()):
+        which = [i for i, t in enumerate(history.results) if key in t.parameters and t.parameters[key][2] == unit]
+        count = sum(i < history.baseline for i in which)
+        if count == len(which):
+            continue
+        results = tuple(history.results[i] for i in which)
+        values, stds = (np.array([told.parameters[key][j] for told in results], dtype=float) for j in (0, 1))
+        found.append(_Compared(history, key, unit, Series(values, stds, count), results))
+    return found
+
+
+def _scatter(compared: Sequence[_Compared]) -> dict[str, Scatter]:
+    """What the fleet has in common, parameter by parameter."""
+    keys = dict.fromkeys(c.key for c in compared)
+    return {key: common_scatter([c.series for c in compared if c.key == key]) for key in keys}
+
+
+def _significant(steps: Sequence[tuple[_Compared, Step]]) -> list[tuple[_Compared, Step, float]]:
+    chances = adjusted([s.chance for _, s in steps])
+    return [(c, s, p) for (c, s), p in zip(steps, chances, strict=True) if p < FALSE_CHANGES]
+
+
+def _change(own: _Compared, found: Step, chance: float) -> dict[str, Any]:
+    size = abs(found.before)
+    low, high = found.interval
+    percent = [100.0 * x / size if size > 0.0 else None for x in (found.after - found.before, low, high)]
+    return {
+        "robot": own.history.robot, "joint": own.history.joint, "model": own.history.model,
+        "parameter": own.key, "unit": own.unit,
+        "before": {"value": found.before, "results": found.at},
+        "after": {"value": found.after, "results": own.series.values.size - found.at},
+        "change": found.after - found.before, "ci95": [low, high],
+        "change_percent": percent[0], "ci95_percent": percent[1:],
+        "chance": chance,
+        "since": {"after": own.results[found.at - 1].at.isoformat(), "until": own.results[found.at].at.isoformat()},
+    }  # fmt: skip
+
+
+def _joint(
+    history: History,
+    judged: Sequence[tuple[_Compared, Step]],
+    changes: Sequence[tuple[_Compared, Step, float]],
+) -> dict[str, Any]:
+    """What is said of one joint: changed with a probable cause, unchanged, or not judged."""
+    known = [c.key for c, _ in judged if c.history is history]
+    own = {c.key: (c, s) for c, s, _ in changes if c.history is history}
+    content: dict[str, Any] = {
+        "robot": history.robot, "joint": history.joint, "model": history.model, "results": len(history.results),
+        "baseline_results": history.baseline,
+        "state": "changed" if own else "unchanged" if known else "not_judged",
+    }  # fmt: skip
+    if own:
+        sizes = {key: abs(s.before) or 1.0 for key, (_, s) in own.items()}
+        relative = {key: ((s.after - s.before) / sizes[key], s.std / sizes[key]) for key, (_, s) in own.items()}
+        warmer = any(_warmer(c, s) for c, s in own.values())
+        content["cause"] = str(probable_cause(relative, known, temperature=warmer))
+    return content
+
+
+def _warmer(own: _Compared, found: Step) -> bool:
+    """Whether the recordings behind the change were made at another temperature, as far as that was written down."""
+    first = [t.temperature for t in own.results[: found.at] if t.temperature is not None]
+    rest = [t.temperature for t in own.results[found.at :] if t.temperature is not None]
+    return bool(first and rest) and abs(float(np.mean(first)) - float(np.mean(rest))) > WARMER

@@ -1,0 +1,75 @@
+"""The health of a fleet for a person at a terminal: what changed, joint by joint, and what is likely behind it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from flex_ident.report.table import rounded, text_table
+
+HEADER = ("robot", "joint", "parameter", "before", "after", "unit", "change", "95 % interval", "chance", "since")
+CAUSES = {
+    "effort_scale": "all changed alike: probably not the joint but the effort's scale (torque constant, torque sensor)",
+    "gear_wear": "backlash grew: probably wear of the gear",
+    "transmission": "stiffness fell: probably wear of the gear, a belt that lost tension, or bolts that came loose",
+    "stiffer": "stiffness rose: probably a part was changed or tightened, or the load is another",
+    "payload": "the link's inertia or first moment changed: probably another tool, payload or cable",
+    "temperature": "friction changed, and so did the temperature: probably that; compare at one temperature",
+    "lubrication": "friction alone changed: probably lubrication or temperature",
+    "dry_friction": "dry friction alone grew: probably preload, a seal, a dragging brake, or lubrication",
+    "offset": "the offset alone changed: probably the zero of the effort, or gravity that the controller takes away",
+    "several": "several things changed at once: explain_gap on a recording from before and one from after tells more",
+}
+"""What each probable cause of `fleet.causes` means."""
+
+
+def health_text(content: Mapping[str, Any]) -> str:
+    """The changes, their causes, what waits for a second result, and how it was judged."""
+    held = content["false_alarms"]
+    states = Counter(joint["state"] for joint in content["joints"])
+    named = (("changed", "changed"), ("unchanged", "unchanged"), ("not_judged", "not judged: too few results"))
+    lines = [", ".join(f"{states[state]} {text}" for state, text in named if states[state]) + " (joints)"]
+    if content["changes"]:
+        lines += ["", _table(content["changes"]), ""]
+        for joint in content["joints"]:
+            if "cause" in joint:
+                lines.append(f"{_name(joint)}: {CAUSES[joint['cause']]}.")
+    if content["to_confirm"]:
+        lines += ["", "The newest result alone is off; another recording would confirm or clear it:"]
+        lines += [_table(content["to_confirm"])]
+    lines += [
+        "",
+        f"Baseline: {content['baseline']}. {held['comparisons']} comparisons; of the changes named no more than "
+        f"{100.0 * held['rate']:.0f} % are false on average ({held['method']} over all of them).",
+    ]
+    return "\n".join(lines)
+
+
+def worded(content: Mapping[str, Any]) -> dict[str, Any]:
+    """The same content with each joint's cause in words beside its name."""
+    joints = [{**own, "cause_text": CAUSES[own["cause"]]} if "cause" in own else own for own in content["joints"]]
+    return {**content, "joints": joints}
+
+
+def _name(joint: Mapping[str, Any]) -> str:
+    return f"{joint['robot']} {joint['joint']}".strip()
+
+
+def _table(changes: Sequence[Mapping[str, Any]]) -> str:
+    return text_table(HEADER, [_row(change) for change in changes], right=(3, 4, 6, 7, 8))
+
+
+def _row(change: Mapping[str, Any]) -> tuple[str, ...]:
+    low, high = change["ci95"]
+    half = (high - low) / 2.0
+    share, chance = change["change_percent"], change["chance"]
+    by = f"{change['change']:+.3g}" if share is None else f"{share:+.3g} %"
+    within = f"{low:+.3g} to {high:+.3g}"
+    if share is not None:
+        within = " to ".join(f"{own:+.3g}" for own in change["ci95_percent"]) + " %"
+    return (
+        change["robot"], change["joint"], change["parameter"], rounded(change["before"]["value"], half),
+        rounded(change["after"]["value"], half), change["unit"], by, within,
+        f"{chance:.2g}" if chance >= 1e-6 else "< 1e-6", change["since"]["until"][:10],
+    )  # fmt: skip

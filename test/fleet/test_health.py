@@ -1,0 +1,130 @@
+"""`flex_ident health` on made-up archives: what changed is found, dated and put down to something; nothing else is."""
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flex_ident.commands.flex_ident import main
+from flex_ident.errors import DataError
+from flex_ident.fleet.causes import Cause, probable_cause
+from flex_ident.fleet.health import fleet_health
+from flex_ident.fleet.rows import Row, common_row, result_row
+from flex_ident.report.health_table import CAUSES, health_text
+
+TRUTH = {"Jm": 1.0, "K": 1e4, "JL": 2.0, "FVm": 8.0, "FSm": 4.0, "FV": 2.0, "FS": 1.0, "MX": 0.5, "MY": 3.0}
+START, DAY = datetime(2026, 1, 1, tzinfo=UTC).timestamp(), 86400.0
+
+
+def made_up(
+    robots: int = 6, results: int = 8, *, seed: int = 0, changed: dict[str, float] | None = None, since: int = 5,
+    until: int = 99, joints: int = 1, **common: Any,
+) -> list[Row]:  # fmt: skip
+    """Rows of robots whose parameters scatter by 2 %, a result each 30 days; those `changed` of robot 0 by factors."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for robot, joint, i in np.ndindex(robots, joints, results):
+        parameters = {}
+        for key, truth in TRUTH.items():
+            std = 0.005 * truth
+            value = truth * rng.normal(1.0, 0.02) + std * rng.normal()
+            if (robot, joint) == (0, 0) and since <= i < until:
+                value *= (changed or {}).get(key, 1.0)
+            parameters[key] = {"value": value, "std": std, "unit": "SI", "identifiable": True}
+        content = {
+            "joint": f"joint_{joint}", "sensors": "motor+link", "method": "auto", "verdict": "trusted",
+            "parameters": parameters, "warnings": [],
+        }  # fmt: skip
+        given = {"tag": "first" if i < 2 else "", "conditions": {}, "settings": {}, **common}
+        own = common_row(robot=f"arm {robot}", bag="b", sha256=f"{robot}.{joint}.{i}", **given)
+        rows.append(result_row(own, content, start_time_s=START + 30 * DAY * i, seconds=1.0))
+    return rows
+
+
+def test_nothing_changed_and_nothing_said() -> None:
+    alarmed = 0
+    for seed in range(12):
+        content = fleet_health(made_up(8, joints=3, seed=100 + seed))
+        assert content["false_alarms"]["comparisons"] == 8 * 3 * 9 > 200
+        alarmed += bool(content["changes"])
+    assert alarmed <= 3  # 0.6 on average at 5 %
+    assert {joint["state"] for joint in content["joints"]} == {"unchanged"}
+
+
+@pytest.mark.parametrize("baseline", ["", "2026-04-05", "first"])
+def test_a_change_is_found_dated_and_sized(baseline: str) -> None:
+    held, said_falsely = 0, 0
+    for seed in range(10):
+        content = fleet_health(made_up(changed={"K": 0.8}, seed=seed), baseline)
+        [change] = [own for own in content["changes"] if (own["robot"], own["parameter"]) == ("arm 0", "K")]
+        said_falsely += len(content["changes"]) - 1
+        low, high = change["ci95"]
+        held += low <= -2000.0 <= high
+        assert change["since"] == {"after": "2026-05-01T00:00:00+00:00", "until": "2026-05-31T00:00:00+00:00"}
+        assert change["chance"] < 1e-2
+    assert held >= 8
+    assert said_falsely <= 2
+    [joint] = [own for own in content["joints"] if own["state"] == "changed"]
+    assert joint["cause"] == Cause.TRANSMISSION
+    said = health_text(content)
+    assert "stiffness fell" in said
+    assert "Benjamini-Hochberg" in said
+
+
+def test_the_newest_result_alone_waits_for_another() -> None:
+    content = fleet_health(made_up(changed={"K": 0.7}, since=7))
+    assert content["changes"] == []
+    assert [own["parameter"] for own in content["to_confirm"]] == ["K"]
+    assert "would confirm" in health_text(content)
+
+
+def test_only_the_last_result_of_a_recording_counts() -> None:
+    rows = made_up(changed={"K": 0.5})
+    again = made_up()
+    assert fleet_health([*rows, *again])["changes"] == []
+    assert fleet_health([*rows, *[{**row, "verdict": "rejected"} for row in again]])["changes"] != []
+
+
+@pytest.mark.parametrize(
+    ("changes", "temperature", "cause"),
+    [
+        ({"K": -0.2}, False, Cause.TRANSMISSION), ({"K": -0.2, "backlash.gap": 1.0}, False, Cause.GEAR_WEAR),
+        ({"K": 0.2}, False, Cause.STIFFER), ({"FV": 0.3, "FVm": 0.2}, False, Cause.LUBRICATION),
+        ({"FV": 0.3, "FVm": 0.2}, True, Cause.TEMPERATURE), ({"FSm": 0.5}, False, Cause.DRY_FRICTION),
+        ({"JL": 0.3, "MX": 0.4}, False, Cause.PAYLOAD), ({"offset": 2.0}, False, Cause.OFFSET),
+        ({"K": 0.1, "JL": 0.1, "Jm": 0.1}, False, Cause.EFFORT_SCALE), ({"K": 0.1, "JL": -0.4}, False, Cause.SEVERAL),
+    ],
+)  # fmt: skip
+def test_causes(changes: dict[str, float], temperature: bool, cause: Cause) -> None:
+    own = {key: (change, 0.01) for key, change in changes.items()}
+    assert probable_cause(own, {"K", "JL", "Jm", *changes}, temperature=temperature) is cause
+    assert set(CAUSES) == set(Cause)
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    with pytest.raises(DataError, match="nothing can be compared"):
+        fleet_health(made_up(1, 1))
+    with pytest.raises(DataError, match="tags: first"):
+        fleet_health(made_up(), "last")
+
+
+def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pyarrow", reason="needs pyarrow")
+    from flex_ident.fleet.archive import Archive
+
+    for name, rows in (("same", made_up()), ("worn", made_up(changed={"K": 0.8}))):
+        archive = Archive(tmp_path / name).opened()
+        archive.write(archive.file_of("1", {}), rows)
+    assert main(["health", str(tmp_path / "same")]) == 0
+    assert "6 unchanged" in capsys.readouterr().out
+    assert main(["health", str(tmp_path / "worn"), "--json"]) == 4
+    said = json.loads(capsys.readouterr().out)
+    assert [own["parameter"] for own in said["changes"]] == ["K"]
+    assert ["stiffness fell" in own["cause_text"] for own in said["joints"] if "cause" in own] == [True]
+    assert main(["health", str(tmp_path / "worn")]) == 4
+    assert "arm 0" in capsys.readouterr().out
+    assert main(["health", str(tmp_path / "none")]) == 3
+    assert "no archive" in capsys.readouterr().err
