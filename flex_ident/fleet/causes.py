@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from enum import StrEnum
 
+from flex_ident.effects.backlash import BACKLASH
+from flex_ident.parameters.keys import key_text
+
 FRICTION = ("FVm", "FSm", "FV", "FS")
 LOAD = ("JL", "J", "MX", "MY")
 INERTIAS = ("Jm", "JL", "J")
+PLAY = key_text(BACKLASH.name, "gap")
 
 
 class Cause(StrEnum):
@@ -36,10 +40,10 @@ def probable_cause(
     changed = set(changes)
     if _alike(changes, known):
         return Cause.EFFORT_SCALE
-    if "K" in changed and changed <= {"K", "offset", *FRICTION, "backlash.gap"}:
+    if "K" in changed and changed <= {"K", "offset", *FRICTION, PLAY}:
         if changes["K"][0] > 0.0:
             return Cause.STIFFER
-        worn = "backlash.gap" in changed and changes["backlash.gap"][0] > 0.0
+        worn = PLAY in changed and changes[PLAY][0] > 0.0
         return Cause.GEAR_WEAR if worn else Cause.TRANSMISSION
     if changed <= set(FRICTION):
         if temperature:
@@ -48,7 +52,7 @@ def probable_cause(
         return Cause.DRY_FRICTION if dry else Cause.LUBRICATION
     if changed <= {*LOAD, "offset"} and changed & set(LOAD):
         return Cause.PAYLOAD
-    if changed == {"backlash.gap"}:
+    if changed == {PLAY}:
         return Cause.GEAR_WEAR
     return Cause.OFFSET if changed == {"offset"} else Cause.SEVERAL
 
