@@ -34,8 +34,8 @@ def expected(bags: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, 
 @pytest.fixture(scope="session")
 def client() -> Iterator[Any]:
     """A Dask cluster of two local processes."""
-    pytest.importorskip("distributed", reason="needs dask")
-    pytest.importorskip("pyarrow", reason="needs pyarrow")
+    pytest.importorskip("distributed", reason="needs dask", exc_type=ImportError)
+    pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
     from flex_ident.fleet.cluster import connected
 
     with connected(workers=2) as client:

@@ -12,7 +12,7 @@ import pytest
 from flex_ident.errors import DataError, UsageError
 from flex_ident.fleet.rows import COLUMNS, common_row, error_row, result_row
 
-pytest.importorskip("pyarrow", reason="needs pyarrow")
+pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
 from flex_ident.fleet.archive import Archive
 
 CONTENT: dict[str, Any] = {
@@ -60,8 +60,8 @@ def test_others_read_the_folder_as_one_table(tmp_path: Path) -> None:
     for name in "123":
         archive.write(archive.file_of(name, {}), [row(name)])
     (tmp_path / ".aside_left").write_bytes(b"half")
-    assert pytest.importorskip("pyarrow.dataset").dataset(tmp_path).to_table().num_rows == 3
-    pandas = pytest.importorskip("pandas", reason="the rest needs pandas")
+    assert pytest.importorskip("pyarrow.dataset", exc_type=ImportError).dataset(tmp_path).to_table().num_rows == 3
+    pandas = pytest.importorskip("pandas", reason="the rest needs pandas", exc_type=ImportError)
     assert list(pandas.read_parquet(tmp_path)["K"]) == [0.1 + 0.2] * 3
 
 

@@ -14,8 +14,8 @@ from fleet_bags import small_bag
 
 from flex_ident.commands.flex_ident import main
 
-pytest.importorskip("distributed", reason="needs dask")
-pytest.importorskip("pyarrow", reason="needs pyarrow")
+pytest.importorskip("distributed", reason="needs dask", exc_type=ImportError)
+pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
 from flex_ident.fleet.archive import Archive
 from flex_ident.fleet.cluster import outcomes
 from flex_ident.fleet.running import Batch

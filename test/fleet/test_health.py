@@ -112,7 +112,7 @@ def test_what_cannot_be_compared_is_refused() -> None:
 
 
 def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("pyarrow", reason="needs pyarrow")
+    pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
     from flex_ident.fleet.archive import Archive
 
     for name, rows in (("same", made_up()), ("worn", made_up(changed={"K": 0.8}))):

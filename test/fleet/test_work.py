@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from fleet_bags import small_bag
 
-pytest.importorskip("pyarrow", reason="needs pyarrow")
+pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
 from flex_ident.fleet import work
