@@ -101,14 +101,14 @@ CHAIN = (
 )
 """Nuisances that have an end beyond which there is something else."""
 PHYSICAL_ENDS = {"torque_averaging": PHYSICAL_AVERAGING, "reversal_lead": PHYSICAL_LEAD_S}
-"""Ends that physics sets, within what a fit may try."""
+"""Ends that are known, of the chain or of drives, within what a fit may try."""
 
 
 def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[str, ...]:
     """The nuisances of the measurement chain that stand in for something else: at the end of what they can be.
 
-    With its 10 ms MuJoCo's friction loss leads as far as friction is known to; a mean over a period of the torque, or a
-    hold, makes 1/24 of a period squared.
+    A mean over a period of the torque, or a hold, makes 1/24 of a period squared; no friction of a drive leads by over
+    5 ms.
     """
     found = []
     for key in CHAIN:

@@ -1,5 +1,8 @@
 """A drive that delivers less than it is asked for: named, measured, and never trusted where it is overlooked."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from flex_ident.estimation.identification import identify
@@ -24,6 +27,19 @@ def test_a_loss_of_torque_is_suspected_and_the_intervals_reach_as_far(effect: st
     for key in ("Jm", "K", "JL"):
         p = result.parameter(key)
         assert abs(p.value - truth.value(key)) < 3.0 * p.std, p
+
+
+@pytest.mark.slow
+@pytest.mark.campaign
+def test_a_loss_by_a_law_that_is_not_ours_is_not_trusted() -> None:
+    recording = virtual_recording(COBOT_JOINT, EXPERIMENT, CHAIN, seed=6)
+    speed = np.gradient(recording.motor_position) * recording.sample_rate_hz
+    lost = 0.05 * np.minimum(1.0, (speed / np.quantile(np.abs(speed), 0.9)) ** 2)
+    result = identify(replace(recording, motor_torque=recording.motor_torque / (1.0 - lost)), IdentifyOptions())
+    assert result.verdict != "trusted"
+    for key in ("Jm", "K", "JL"):
+        p = result.parameter(key)
+        assert abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, p
 
 
 @pytest.mark.slow
