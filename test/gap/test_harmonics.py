@@ -46,8 +46,8 @@ def test_what_is_not_periodic_is_tried_once(problem: FitProblem, effect: str) ->
     assert list(candidates(problem, {**COBOT_JOINT.parameters, **own}, effects=(effect,))) == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sensors", ["motor", pytest.param("motor+link", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
 def test_both_harmonics_are_named_with_their_sizes(sensors: str) -> None:
     truth = COBOT._replace(**HIDDEN["ripple_two"])
     found = explain(flexible_case("ripple_two")[0], GapOptions(sensors=sensors))

@@ -52,8 +52,8 @@ def test_the_two_are_said_to_be_confused_with_the_experiment_that_tells() -> Non
     assert "base" in CATALOGUE["second_mode"].separated_by
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sensors", ["motor", pytest.param("motor+link", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
 def test_a_base_is_named_and_measured(sensors: str) -> None:
     truth = COBOT._replace(**HIDDEN["mount_25hz"])
     found = explain(flexible_case("mount_25hz")[0], GapOptions(sensors=sensors))
