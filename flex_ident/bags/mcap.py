@@ -92,6 +92,8 @@ class McapFile:
         self._indexed: Counter[int] = Counter()
         """Messages of each channel by the indexes that follow the chunks."""
         self._descriptions = self._short = 0
+        self._undescribed: Counter[str] = Counter()
+        """Schemas and channels that could not be read, of each kind."""
         self._budget = Budget()
         self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         if self._map[: len(MAGIC)] != MAGIC:
@@ -143,6 +145,7 @@ class McapFile:
         self._notices.clear()
         self._tally, self._indexed, self._budget = Tally(), Counter(), Budget()
         self._short = 0
+        self._undescribed.clear()
         for stretch in self._stretches():
             at, contents, cut = stretch
             before, self._descriptions = self._tally.messages.total(), 0
@@ -159,6 +162,9 @@ class McapFile:
             self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"count": nameless}, {"case": "nameless"}))
         if self._short:
             self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"count": self._short}, {"case": "short"}))
+        for kind, count in self._undescribed.items():
+            texts = {"case": "record", "kind": kind}
+            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, {"count": count}, texts))
 
     def _waste(self, at: int, size: int) -> None:
         """Note bytes of a chunk that are no messages. Raises BagError when a hostile file brings too many."""
@@ -316,8 +322,7 @@ class McapFile:
                     topic, serialisation, *self._schemas.get(schema, ("", "", b""))
                 )
         except struct.error:
-            kind = "schema" if opcode == SCHEMA else "channel"
-            self._notices.append(Notice(Code.BAG_DAMAGED, self.name, texts={"case": "record", "kind": kind}))
+            self._undescribed["schema" if opcode == SCHEMA else "channel"] += 1
 
     def _record_at(self, data: NDArray[np.uint8], wanted: frozenset[str]) -> Callable[[int], MessageRecord | int]:
         view = memoryview(data)  # type: ignore[arg-type]

@@ -93,7 +93,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         ),
         "unknown_record": "{subject}: the record at byte {at:.0f} is of no known kind and was left out.",
         "end": "{subject} is cut: of what stood behind its {size:.0f} bytes nothing is left.",
-        "record": "{subject}: a {kind} record is damaged and was left out.",
+        "record": "{subject}: damaged {kind} records left out: {count:.0f}.",
         "log": "{subject} cannot be read: the newest messages are lost. Copy the bag to a folder that is writable.",
         "database": "{subject} is damaged ({error}): {read:.0f} messages were read, the rest is lost.",
         "numbered_rows": "{subject}: {count:.0f} of {total:.0f} numbered messages are lost.",

@@ -1,19 +1,15 @@
-"""Bags made to hurt are refused in one line, soon, and in little memory; nothing stays behind."""
+"""Bags made to hurt are refused in one line and in little memory; nothing stays behind.
+
+How long that takes is measured by bench/hostile.py.
+"""
 
 import os
 import re
 import signal
-import sqlite3
-import struct
 import subprocess
 import sys
-import textwrap
-import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import lz4.frame
 import pytest
 from bag_writer import (
     JOINT_STATE,
@@ -34,99 +30,17 @@ from flex_ident.bags.storage import Bag
 from flex_ident.errors import BagError, FlexIdentError
 from flex_ident.report.sentences import sentence
 
-zstd: Any = pytest.importorskip("backports.zstd")
-ZEROS = bytes(1 << 26)
-MAGIC = b"\x89MCAP0\r\n"
-
-
-def record(opcode: int, body: bytes) -> bytes:
-    return struct.pack("<BQ", opcode, len(body)) + body
-
-
-def text(value: str) -> bytes:
-    return struct.pack("<I", len(value)) + value.encode()
-
-
-def chunk(packed: bytes, compression: str, size: int) -> bytes:
-    body = struct.pack("<QQQI", 0, 0, size, 0) + text(compression) + struct.pack("<Q", len(packed)) + packed
-    return record(6, body)
-
-
-def bomb(path: Path, packed: bytes, compression: str, size: int, times: int = 1) -> Path:
-    path.write_bytes(MAGIC + record(1, text("ros2") + text("")) + times * chunk(packed, compression, size))
-    return path
-
-
-def zstd_zeros(mebibytes: int) -> bytes:
-    packer = zstd.ZstdCompressor()
-    return b"".join(packer.compress(bytes(1 << 20)) for _ in range(mebibytes)) + packer.flush()
-
-
-def lz4_zeros(mebibytes: int) -> bytes:
-    packer = lz4.frame.LZ4FrameCompressor()
-    return packer.begin() + b"".join(packer.compress(bytes(1 << 20)) for _ in range(mebibytes)) + packer.flush()
-
-
-def sqlite_file(path: Path, messages: str) -> Path:
-    database = sqlite3.connect(path)
-    database.execute("CREATE TABLE topics (id INTEGER, name TEXT, type TEXT)")
-    database.execute("INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState')")
-    database.execute(messages)
-    database.commit()
-    database.close()
-    return path
-
-
-ENDLESS = (
-    "CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
-    "SELECT i AS id, 1 AS topic_id, i AS timestamp, zeroblob(1000000) AS data FROM n"
-)
-COMPUTED = (
-    "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
-    "data BLOB AS (zeroblob(100000000)))"
-)
-HOSTILE: dict[str, Callable[[Path], Path]] = {
-    "zstd, 4 GiB announced": lambda p: bomb(p / "a.mcap", zstd_zeros(4096), "zstd", 4 << 30),
-    "zstd, 1 MiB announced": lambda p: bomb(p / "a.mcap", zstd_zeros(4096), "zstd", 1 << 20),
-    "zstd, 128 MiB announced, 400 times": lambda p: bomb(p / "a.mcap", zstd_zeros(128), "zstd", 128 << 20, 400),
-    "lz4, 4 GiB announced": lambda p: bomb(p / "a.mcap", lz4_zeros(4096), "lz4", 4 << 30),
-    "lz4, 128 MiB announced, 40 times": lambda p: bomb(p / "a.mcap", lz4_zeros(128), "lz4", 128 << 20, 40),
-    "2^63 bytes announced": lambda p: bomb(p / "a.mcap", b"", "", 1 << 63),
-    "empty frames": lambda p: bomb(p / "a.mcap", zstd.compress(b"") * 500_000, "zstd", 1 << 20),
-    "whole file": lambda p: (p / "a.mcap.zstd").write_bytes(zstd_zeros(4096)) and p / "a.mcap.zstd",
-    "whole file within a file": lambda p: (p / "a.mcap.zstd").write_bytes(zstd.compress(zstd_zeros(100))) and p,
-    "empty schemas": lambda p: bomb(p / "a.mcap", zstd.compress(record(3, b"\0\0") * 5_000_000), "zstd", 55_000_000),
-    "view": lambda p: sqlite_file(p / "a.db3", ENDLESS),
-    "computed": lambda p: sqlite_file(p / "a.db3", COMPUTED),
-}
+pytest.importorskip("backports.zstd")
+from hostile_bags import HOSTILE, refusal
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_bag_is_refused_in_two_seconds_and_300_mib(name: str, tmp_path: Path) -> None:
+def test_hostile_bag_is_refused_in_one_line_and_300_mib(name: str, tmp_path: Path) -> None:
     path = HOSTILE[name](tmp_path)
-    script = """
-        import sys, time
-        from pathlib import Path
-        from flex_ident.bags import read_recording
-        from flex_ident.errors import FlexIdentError
-        started = time.process_time()
-        try:
-            read_recording(Path(sys.argv[1]))
-        except FlexIdentError as error:
-            print(f"refused: {error}")
-        peak = Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]  # not that of pytest
-        print(time.process_time() - started, int(peak) / 1024)
-    """
-    run = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script), str(path)], capture_output=True, text=True, check=True,
-        env={**os.environ, "TMPDIR": str(tmp_path)},
-    )  # fmt: skip
-    said, measured = run.stdout.strip().rsplit("\n", 1)
-    seconds, mebibytes = map(float, measured.split())
-    assert said.startswith("refused: ")
-    assert "\n" not in said
-    assert seconds < 2.0
-    assert mebibytes < 300.0
+    refused = refusal(path)
+    assert refused.said
+    assert "\n" not in refused.said
+    assert refused.mebibytes < 300.0
     assert [p.name for p in tmp_path.iterdir()] == [path.name if path != tmp_path else "a.mcap.zstd"]
 
 
@@ -154,10 +68,8 @@ def test_a_pipe_or_a_device_is_no_bag(tmp_path: Path) -> None:
     pipe = tmp_path / "bag.mcap"
     os.mkfifo(pipe)
     for path in (pipe, Path("/dev/zero")):
-        started = time.perf_counter()
         with pytest.raises(BagError, match="is a pipe or a device"):
             read_recording(path)
-        assert time.perf_counter() - started < 1.0
     with pytest.raises(BagError, match="holds no bag"):
         read_recording(tmp_path)
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: {relative_file_paths: [bag.mcap]}\n")
