@@ -34,7 +34,7 @@ def slow_bag(path: Path) -> Path:
 
 def lively_bag(path: Path) -> Path:
     truth = {"Jm": 1.2, "K": 9000.0, "JL": 2.5, "FVm": 8.0, "FSm": 6.0, "FV": 4.0, "FS": 3.0}
-    write_virtual_bag(path, JointModel(truth, {}, "joint"), Experiment(), seed=3, link=False)
+    write_virtual_bag(path, JointModel(truth, {}, "joint"), Experiment(duration_s=24.0, sample_rate_hz=500.0), seed=3, link=False)
     return path
 
 
@@ -48,7 +48,7 @@ def test_the_three_commands_agree(model: str, tmp_path: Path, capsys: pytest.Cap
     assert "no other joint moved" in line
     for command in (identify_bag, explain_gap):
         capsys.readouterr()
-        command([str(bag), "--joint", "joint", "--json", "--out", str(tmp_path / command.__module__)])
+        command([str(bag), "--joint", "joint", "--json", "--no-plots", "--out", str(tmp_path / command.__module__)])
         told = json.loads(capsys.readouterr().out)
         assert told["answers"]["model"] == model, command.__module__
         assert told["answers"]["other_joints"] == []

@@ -34,7 +34,7 @@ def test_nothing_is_named_where_nothing_is_missing(model: JointModel, sensors: s
 @pytest.mark.parametrize(
     ("effect", "parameters", "sensors"),
     [
-        ("backlash", {"gap": 6e-4}, "motor+link"),
+        pytest.param("backlash", {"gap": 6e-4}, "motor+link", marks=pytest.mark.campaign),
         ("torque_ripple", {"amplitude": 2.0, "cycles_per_turn": 60.0, "phase": 0.5}, "motor"),
         pytest.param("joint_damping", {"damping": 3.0}, "motor+link", marks=pytest.mark.campaign),
         pytest.param("time_delay", {"delay": 5e-3}, "motor+link", marks=pytest.mark.campaign),
@@ -103,7 +103,7 @@ def test_a_simulation_that_is_off_is_told_where_and_what_it_lacks() -> None:
     gap = compared_with_simulator(
         virtual_recording(truth, EXPERIMENT, CHAIN, seed=1),
         virtual_recording(theirs, EXPERIMENT, CHAIN, seed=2),
-        GapOptions(sensors="motor+link"),
+        GapOptions(sensors="motor+link", effects=("backlash", "nonlinear_stiffness", "stribeck_friction")),
     )
     off = {d.key: d for d in gap.differences if d.off}
     assert off["FVm"].percent == pytest.approx(50.0, abs=5.0)
