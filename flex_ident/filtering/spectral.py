@@ -16,6 +16,8 @@ EXTENSION_S = 2.0
 """Time by which a signal is continued at both ends before it is filtered, s."""
 ORDER = 6
 """Order m of the zero-phase low-pass of eq. 25 used throughout the simulation-based estimation."""
+KEPT = 4
+"""Delays, curvatures and lags of which the spectral shape is kept."""
 
 
 def lowpass_response(frequency_hz: Floats, cutoff_hz: float, order: int = ORDER) -> Floats:
@@ -54,6 +56,7 @@ class SpectralFilter:
         e = self._extension
         self._ramp: Floats = 0.5 - 0.5 * np.cos(np.pi * np.arange(e) / e)
         self._along: Floats = np.linspace(0.0, 1.0, n)
+        self._shapes: dict[tuple[float, float, float], Floats | Complexes] = {(0.0, 0.0, 0.0): self._response}
 
     def through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
         """The filtered signal behind a linear system, whose `transfer` is asked at angular frequencies (k,), rad/s."""
@@ -69,24 +72,16 @@ class SpectralFilter:
         s, is the time constant of a first-order low-pass, negative to undo one.
         """
         e, n, length = self._extension, self.n, self._length
-        flat = signal - (signal[0] + (signal[-1] - signal[0]) * self._along)
         slope = (signal[-1] - signal[0]) / max(n - 1, 1)
         extended = np.zeros(length)
-        extended[e : e + n] = flat
-        extended[:e] = -flat[e:0:-1]
-        extended[e + n : 2 * e + n] = -flat[-2 : -e - 2 : -1]
+        flat = extended[e : e + n]
+        np.multiply(self._along, signal[-1] - signal[0], out=flat)
+        flat += signal[0]
+        np.subtract(signal, flat, out=flat)
         # Both ends come down to zero, which is where the padding up to the FFT's length lies.
-        extended[:e] *= self._ramp
-        extended[e + n : 2 * e + n] *= self._ramp[::-1]
-        spectrum = fft.rfft(extended)[: self._response.size] * self._response
-        if delay != 0.0:
-            spectrum *= np.exp(-2j * np.pi * self._frequency * delay)
-        if curvature != 0.0:
-            spectrum *= 1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2
-        if lag > 0.0:
-            spectrum /= 1.0 + 2j * np.pi * self._frequency * lag
-        elif lag < 0.0:
-            spectrum *= 1.0 - 2j * np.pi * self._frequency * lag
+        np.multiply(flat[e:0:-1], -self._ramp, out=extended[:e])
+        np.multiply(flat[-2 : -e - 2 : -1], -self._ramp[::-1], out=extended[e + n : 2 * e + n])
+        spectrum = fft.rfft(extended)[: self._response.size] * self._shape(delay, curvature, lag)
         if transfer is not None:
             spectrum *= transfer
             slope, signal = slope * transfer[0].real, signal * transfer[0].real
@@ -104,6 +99,25 @@ class SpectralFilter:
                 result += slope * self._rate
             outputs.append(result)
         return tuple(outputs)
+
+    def _shape(self, delay: float, curvature: float, lag: float) -> Floats | Complexes:
+        """What the spectrum is multiplied by, (k,); the last are kept, as one point of a fit asks for the same."""
+        key = (delay, curvature, lag)
+        shape = self._shapes.get(key)
+        if shape is not None:
+            return shape
+        shape = self._response
+        if delay != 0.0:
+            shape = shape * np.exp(-2j * np.pi * self._frequency * delay)
+        if curvature != 0.0:
+            shape = shape * (1.0 - curvature * (2.0 * np.pi * self._frequency) ** 2)
+        if lag > 0.0:
+            shape = shape / (1.0 + 2j * np.pi * self._frequency * lag)
+        elif lag < 0.0:
+            shape = shape * (1.0 - 2j * np.pi * self._frequency * lag)
+        latest = list(self._shapes.items())[1 - KEPT :]
+        self._shapes = {**dict(latest), key: shape}  # replaced as a whole: several threads ask
+        return shape
 
 
 def _folded(spectrum: Complexes) -> Complexes:

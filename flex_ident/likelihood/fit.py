@@ -47,10 +47,7 @@ class Fit:
 
 def key_scale(problem: FitProblem, key: str, value: float) -> float:
     """A step size, absolute, in which the value of a key is naturally measured."""
-    torque = float(np.std(problem.torque)) or 1.0
-    velocity = float(np.std(problem.motion.velocity)) or 1.0
-    position = float(np.std(problem.motion.position)) or 1.0
-    acceleration = float(np.std(problem.motion.acceleration)) or 1.0
+    torque, position, velocity, acceleration = problem.spread
     ts = problem.recording.sample_time
     match key:
         case "Jm" | "JL" | "J":

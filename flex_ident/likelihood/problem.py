@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -35,6 +35,8 @@ DRIVE_MARGIN = 3.0
 """Cutoff of the low-pass on the recorded motor position over the excited band."""
 REMEMBERED = 6
 """Ways of friction to turn over that are kept."""
+SLOPES = 2
+"""Points at which sensitivities are kept."""
 MAX_SUBSTEPS = 8
 SETTLING_S = 1.5
 """Time after a gap in which the simulated link is not compared, s."""
@@ -131,9 +133,13 @@ class FitProblem:
         self.resolution = 2.0 * velocity_noise(self._noise, drive_hz, rate)
         self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
         self._shares: dict[tuple[float, float, float], Floats] = {}
+        self._slopes: dict[Hashable, tuple[Floats, ...]] = {}
         self._lock = threading.Lock()
         self._raw_torque = recording.motor_torque
         self.torque = self.reduced(recording.motor_torque)
+        signals = (self.torque, self.motion.position, self.motion.velocity, self.motion.acceleration)
+        self.spread = tuple(float(np.std(s)) or 1.0 for s in signals)
+        """Standard deviations of torque, N m, and of the motor's position, velocity and acceleration; 1 for none."""
         has_link = sensors == "motor+link" and recording.link_position is not None and not rigid
         self.link: Floats | None = None
         if has_link and recording.link_position is not None:
@@ -302,8 +308,22 @@ class FitProblem:
         `steps` gives the size of each difference. All keys that move the link are simulated in one pass. All forces
         scaled together leave the link's motion as it is and scale the torque (Euler's theorem on homogeneous
         functions), which gives the column of JL from the others; differences must honour that to the last digit, or a
-        precise link encoder would seem to know the scale.
+        precise link encoder would seem to know the scale. The last are remembered: the end of one fit is the start of
+        the next.
         """
+        asked = (frozenset(values.items()), tuple(keys), tuple(steps[key] for key in keys))
+        known = self._slopes.get(asked)
+        if known is None:
+            known = self._differences(values, keys, steps)
+            with self._lock:
+                self._slopes[asked] = known
+                while len(self._slopes) > SLOPES:
+                    self._slopes.pop(next(iter(self._slopes)))
+        return known
+
+    def _differences(
+        self, values: Mapping[str, float], keys: Sequence[str], steps: Mapping[str, float]
+    ) -> tuple[Floats, ...]:
         base = self.prediction(values)
         rest = self._compared(values, base)
         columns = [np.zeros((r.size, len(keys))) for r in rest]
@@ -318,6 +338,8 @@ class FitProblem:
             weights = np.array([values[key] if key in scaling and key != "JL" else 0.0 for key in keys])
             for column, scaled in zip(columns, (base.torque, 0.0), strict=False):
                 column[:, keys.index("JL")] = -(scaled + column @ weights) / values["JL"]
+        for column in columns:
+            column.setflags(write=False)
         return tuple(columns)
 
     def shaken(self, size: Callable[[FitProblem], float]) -> FitProblem:
@@ -333,6 +355,7 @@ class FitProblem:
                 recording.motor_position + size(self) * noise, recording.sample_rate_hz, cutoff_hz=self.drive_hz,
                 substeps=self.substeps,
             )  # fmt: skip
+            other._slopes = {}
             other._links = LinkResponses(other.motion, lambda position, skew: self.reduced(position, delay=skew))
             self._shaken = other
         return self._shaken

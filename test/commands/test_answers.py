@@ -34,7 +34,9 @@ def slow_bag(path: Path) -> Path:
 
 def lively_bag(path: Path) -> Path:
     truth = {"Jm": 1.2, "K": 9000.0, "JL": 2.5, "FVm": 8.0, "FSm": 6.0, "FV": 4.0, "FS": 3.0}
-    write_virtual_bag(path, JointModel(truth, {}, "joint"), Experiment(duration_s=24.0, sample_rate_hz=500.0), seed=3, link=False)
+    write_virtual_bag(
+        path, JointModel(truth, {}, "joint"), Experiment(duration_s=24.0, sample_rate_hz=500.0), seed=3, link=False
+    )
     return path
 
 

@@ -17,7 +17,7 @@ from flex_ident.simulation.batch import side_by_side
 from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion, motor_motion
-from flex_ident.simulation.response import LinkMotion, link_motion, link_motions, motor_torque
+from flex_ident.simulation.response import LinkMotion, link_motion, link_motions, motor_torque, stepped_link_motion
 from flex_ident.simulation.terms import HARMONICS, MEASUREMENT_TERMS, Term
 from flex_ident.virtual_joint import COBOT_JOINT
 
@@ -84,7 +84,9 @@ def test_a_batch_is_what_single_simulations_are_for_every_term(term: Term) -> No
     for seed in range(3):
         many = with_term(term, seed)
         for terms, together in zip(many, link_motions(many, motion()), strict=True):
-            assert same(link_motion(terms, motion()), together)
+            alone = stepped_link_motion(terms, motion())
+            assert same(alone, together)
+            assert same(alone, link_motion(terms, motion()))
 
 
 def test_a_second_mass_may_be_less_than_nothing() -> None:
@@ -93,7 +95,7 @@ def test_a_second_mass_may_be_less_than_nothing() -> None:
     plain = link_motion(terms, motion())
     terms[[Term.SECOND_INERTIA, Term.SECOND_STIFFNESS, Term.SECOND_DAMPING]] = -0.01, -1400.0, -0.15
     terms[Term.LINK_INERTIA] += 0.01
-    alone = link_motion(terms, motion())
+    alone = stepped_link_motion(terms, motion())
     assert all(same(alone, together) for together in link_motions([terms, terms], motion()))
     moved = float(np.max(np.abs(alone.position - plain.position)))
     assert 0.0 < moved < 1e-3
@@ -122,7 +124,7 @@ def test_a_jacobian_is_what_single_simulations_give_for_every_effect(name: str) 
     links = LinkResponses(path, lambda position, _: position)
     sign = response.direction(path)
     for terms, together in zip(many, links.of_many(many), strict=True):
-        alone = link_motion(terms, path)
+        alone = stepped_link_motion(terms, path)
         assert same(alone, together)
         torque = motor_torque(terms, path, alone, sign)
         np.testing.assert_allclose(motor_torque(terms, path, together, sign), torque, atol=1e-9 * np.max(torque))
