@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
@@ -14,7 +13,10 @@ from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.simulation.terms import Term
 
 SHARES = (0.06, 0.2)
-"""Inertias tried, over the link's; a refit races from the first of them at each frequency."""
+"""Inertias tried, over the link's."""
+RACED, FINER = 9, 5
+"""Frequencies from which a refit races, with the first of the inertias, less one; and how many times as many are tried
+in all: 5 % apart, as a resonance of little damping is narrow."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -26,8 +28,10 @@ def _probes(scales: Scales) -> Iterator[Probe]:
         yield _mass(frequency_hz, link * share / (1.0 + share), 0.02, link, raced=True)
     locked = math.sqrt(stiffness / link) / (2.0 * math.pi)
     highest = max(0.6 * locked, min(5.0 * locked, scales.band_hz))
-    for frequency, share in product(np.geomspace(0.6 * locked, highest, 10), SHARES):
-        yield _mass(float(frequency), share * link, 0.03, link, raced=share == SHARES[0])
+    for i, frequency in enumerate(np.geomspace(0.6 * locked, highest, 1 + RACED * FINER)):
+        for share in SHARES:
+            raced = i % FINER == 0 and share == SHARES[0]
+            yield _mass(float(frequency), share * link, 0.03, link, raced=raced)
 
 
 def _mass(frequency_hz: float, inertia: float, damping_ratio: float, link_inertia: float, *, raced: bool) -> Probe:

@@ -10,6 +10,7 @@ import numpy as np
 
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.effort_kind import resolved
+from flex_ident.estimation.far_mode import beside_unseen
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
 from flex_ident.estimation.strain import material, strained_factor
@@ -310,6 +311,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
     found = suspects(solver, fit, prismatic=prismatic, left=left)
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
+    if left.structured(left.gap) or any(suspect.strong for suspect in found):
+        joined = beside_unseen(joined, solver, fit)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from flex_ident.estimation.thresholds import UNSEEN_SHARE
 from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters.parameter import FAR_MODE
+from flex_ident.recording import Floats
 from flex_ident.screening.scoring import following_of
 from flex_ident.simulation.terms import Term
 
@@ -17,12 +22,10 @@ STDS = 2.0
 """Standard deviations of K from which it is said."""
 
 
-def rigid_link_notice(solver: SteadyFit, fit: Fit, known: Uncertainty) -> Notice | None:
-    """By how much K moves when a small part of the link swings just above the band; None where that is within its
-    interval, for a rigid joint, and where the model has a second mass or is free to have this one.
+def unseen_shift(solver: SteadyFit, fit: Fit) -> Floats | None:
+    """What `UNSEEN_SHARE` of the link's inertia, swinging just above the band, would change in the free values (p,).
 
-    Freed in the fit instead, it took a tenth of the inertia of clean recordings for itself, and K was 12 standard
-    deviations off (`bench/coverage.py`, seed 11, recording 29): from a motor alone the assumption is to be said.
+    None for a rigid joint, and where the model has a second mass or is free to have this one.
     """
     problem = solver.problem
     if problem.rigid or "K" not in fit.free or FAR_MODE in fit.free:
@@ -30,8 +33,30 @@ def rigid_link_notice(solver: SteadyFit, fit: Fit, known: Uncertainty) -> Notice
     if problem.terms(fit.values)[Term.SECOND_INERTIA] != 0.0:
         return None
     moved = solver.whitened_residual({**fit.values, FAR_MODE: PROBE}, fit.whitenings) - fit.residual
-    follow = float((following_of(fit) @ moved)[fit.free.index("K")]) * UNSEEN_SHARE / PROBE
-    std = known.std("K")
+    shift: Floats = (following_of(fit) @ moved) * UNSEEN_SHARE / PROBE
+    return shift
+
+
+def beside_unseen(known: Uncertainty, solver: SteadyFit, fit: Fit) -> Uncertainty:
+    """The uncertainty where the model is known to lack something: a link that is rigid is then no more certain than
+    the rest of it."""
+    shift = unseen_shift(solver, fit)
+    if shift is None:
+        return known
+    return replace(known, covariance=known.covariance + np.outer(shift, shift))
+
+
+def rigid_link_notice(solver: SteadyFit, fit: Fit, known: Uncertainty) -> Notice | None:
+    """By how much K moves when a small part of the link swings just above the band; None where that is within its
+    interval, and where `unseen_shift` has none.
+
+    Freed in the fit instead, it took a tenth of the inertia of clean recordings for itself, and K was 12 standard
+    deviations off (`bench/coverage.py`, seed 11, recording 29): from a motor alone the assumption is to be said.
+    """
+    shift = unseen_shift(solver, fit)
+    if shift is None:
+        return None
+    follow, std = float(shift[fit.free.index("K")]), known.std("K")
     if not abs(follow) > STDS * std > 0.0:
         return None
     sizes = {

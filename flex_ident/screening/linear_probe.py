@@ -1,6 +1,6 @@
-"""What a small transmission error changes, without simulating it: the link is linear for what is small.
+"""What an effect of many shapes changes, without simulating it: the link is linear for what is small.
 
-Its dry friction is left out: good enough to rank spatial frequencies, of which there are many; the best is simulated.
+Good enough to rank frequencies, of which there are many; the best is simulated.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ def transmission_error_change(
 ) -> tuple[Floats, ...]:
     """Change (m,) of each residual when the small transmission error in the flat keys of `probe` joins the model.
 
-    Equation 5 linearised about the motion; the motor bears the spring's torque by virtual work.
+    Equation 5 linearised about the motion, without the link's dry friction; the motor bears the spring's torque by
+    virtual work.
     """
     terms = problem.terms(values)
     delay, skew = float(terms[Term.TORQUE_DELAY]), float(terms[Term.LINK_SKEW])
@@ -49,6 +50,34 @@ def transmission_error_change(
     changes = [-problem.reduced_through(error, torque) - borne]
     if problem.link is not None:
         changes.append(-problem.reduced_through(error, position))
+    return tuple(changes)
+
+
+def second_mode_change(problem: FitProblem, values: Mapping[str, float], second: Floats) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when a part of the link, as heavy as before, swings behind a further spring.
+
+    The part as the terms (len(Term),) of `second` say. To the rest of the link it is an inertia that depends on
+    frequency. Linear: the link's dry friction damps as its first harmonic does.
+    """
+    terms = problem.terms(values)
+    delay, skew = float(terms[Term.TORQUE_DELAY]), float(terms[Term.LINK_SKEW])
+    stiffness, inertia, viscous = (float(terms[t]) for t in (Term.STIFFNESS, Term.LINK_INERTIA, Term.LINK_VISCOUS))
+    part, spring, damping = (
+        float(second[t]) for t in (Term.SECOND_INERTIA, Term.SECOND_STIFFNESS, Term.SECOND_DAMPING)
+    )
+    moved = problem.link_response_of(values)
+    assert moved is not None
+    speed = math.sqrt(2.0) * float(np.std(moved.velocity)) + 1e-12
+    viscous += 4.0 * float(terms[Term.LINK_COULOMB]) / (math.pi * speed)
+
+    def position(omega: Floats) -> Complexes:
+        held = spring + 1j * omega * damping
+        heavier = part * (held / (held - part * omega**2) - 1.0)
+        return np.asarray(heavier * omega**2 / (stiffness - (inertia + heavier) * omega**2 + 1j * omega * viscous))
+
+    changes = [stiffness * problem.reduced_through(moved.position, lambda w: position(w) * np.exp(-1j * w * delay))]
+    if problem.link is not None:
+        changes.append(-problem.reduced_through(moved.position, lambda w: position(w) * np.exp(-1j * w * skew)))
     return tuple(changes)
 
 

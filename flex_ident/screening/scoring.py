@@ -13,7 +13,7 @@ from flex_ident.likelihood.fit import Fit, SimulationFit
 from flex_ident.likelihood.links import usable_cores
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
-from flex_ident.screening.linear_probe import mount_change, transmission_error_change
+from flex_ident.screening.linear_probe import mount_change, second_mode_change, transmission_error_change
 from flex_ident.screening.thresholds import IMITATED
 from flex_ident.simulation.harmonics import transmission_error
 from flex_ident.simulation.terms import Term
@@ -83,6 +83,8 @@ def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]
     terms = solver.problem.terms(values)
     if terms[Term.MOUNT_INERTIA] != 0.0:
         return solver.whitened(mount_change(solver.problem, fit.values, terms), fit.whitenings)
+    if terms[Term.SECOND_INERTIA] != 0.0:
+        return solver.whitened(second_mode_change(solver.problem, fit.values, terms), fit.whitenings)
     if transmission_error(terms):
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)

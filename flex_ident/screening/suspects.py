@@ -64,8 +64,8 @@ def suspects(
     """Every effect of the catalogue that the residual speaks for; most first.
 
     Under the weights of the fit, which let bad stretches weigh little. Where what is `left` is structured and none
-    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. There the likeliest
-    is refitted further too, and what has many minima is raced where it may be the cause.
+    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. There what has many
+    minima is raced where it may be the cause. The likeliest is refitted further.
     """
     found = _screened(solver, fit, prismatic=prismatic)
     if left is not None and left.structured(left.gap):
@@ -74,6 +74,8 @@ def suspects(
             there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
             found = _merged(found, _screened(steady, there, prismatic=prismatic))
         found = _looked_into(found, left, prismatic=prismatic) if found else found
+    elif any(t.suspect.strong for t in found):
+        found = _continued(found)
     found = _merged(found, _stood_in_for(solver, fit, prismatic=prismatic))
     return tuple(sorted((t.suspect for t in found if t.score.shift is not None or t.there), key=lambda s: -s.gain))
 
@@ -191,20 +193,27 @@ def _screened(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Tried]:
             shift = within * score.shift
         gain = score.gain / correlated - tried.price
         found.append(replace(tried, suspect=replace(nothing, gain=gain, shift=shift)))
-    strong = [t for t in found if t.suspect.strong][:MOST_SKETCHES]
-    return [t.sketched() if any(t is s for s in strong) else t for t in found]
+    strong = [t for t in found if t.suspect.strong]
+    # Of what has many minima the linear estimate says less than the refit: it does not compete for its place.
+    likely = [t for i, t in enumerate(strong) if i < MOST_SKETCHES or effect_named(t.suspect.effect).raced]
+    return [t.sketched() if any(t is s for s in likely) else t for t in found]
 
 
 def _looked_into(found: list[_Tried], left: Remainder, *, prismatic: bool) -> list[_Tried]:
     """The suspects after another look: the likeliest as far as its refit goes; what has many minima, of which no linear
     estimate tells, where the likeliest does not account for nearly all, or where it may pass for it."""
-    best = _best(found)
-    found = [t.continued() if t is best and t.there is not None else t for t in found]
+    found = _continued(found)
     for i, tried in enumerate(found):
         if effect_named(tried.suspect.effect).raced and _may_be(tried, found, left):
             shapes = candidates(tried.solver.problem, tried.fit.values, prismatic=prismatic)
             found = [*found[:i], tried.raced(shapes), *found[i + 1 :]]
     return found
+
+
+def _continued(found: list[_Tried]) -> list[_Tried]:
+    """The suspects with the likeliest as far as its refit goes."""
+    best = _best(found)
+    return [t.continued() if t is best and t.there is not None else t for t in found]
 
 
 def _may_be(tried: _Tried, found: Sequence[_Tried], left: Remainder) -> bool:
