@@ -194,8 +194,12 @@ def _screened(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Tried]:
         gain = score.gain / correlated - tried.price
         found.append(replace(tried, suspect=replace(nothing, gain=gain, shift=shift)))
     strong = [t for t in found if t.suspect.strong]
-    # Of what has many minima the linear estimate says less than the refit: it does not compete for its place.
-    likely = [t for i, t in enumerate(strong) if i < MOST_SKETCHES or effect_named(t.suspect.effect).raced]
+    # Of what has many minima the linear estimate says less than the refit: it need not compete for its place, nor be
+    # strong where what it is mistaken for is.
+    named = {t.suspect.effect for t in strong}
+    many = [t for t in found if effect_named(t.suspect.effect).raced]
+    more = [t for t in many if t.suspect.strong or named & set(effect_named(t.suspect.effect).mistaken_for)]
+    likely = (*strong[:MOST_SKETCHES], *more)
     return [t.sketched() if any(t is s for s in likely) else t for t in found]
 
 
