@@ -39,6 +39,18 @@ def identified(seed: int) -> Identification:
     return identify(both_recorded(seed))
 
 
+def test_a_current_that_is_late_moves_nothing() -> None:
+    plain, recording = identified(1), both_recorded(1)
+    assert recording.motor_current is not None
+    late = round(0.004 * recording.sample_rate_hz)
+    late_current = np.concatenate((np.full(late, recording.motor_current[0]), recording.motor_current[:-late]))
+    result = identify(replace(recording, motor_current=late_current))
+    for key in ("Jm", "FVm", "FSm"):
+        p = result.parameter(key)
+        assert abs(p.value - TRUTH[key]) < 3.0 * p.std, (key, p)
+        assert p.value == pytest.approx(plain.parameter(key).value, rel=0.005)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_all_nine_and_the_torque_constant_are_found(seed: int) -> None:
     result = identified(seed)
