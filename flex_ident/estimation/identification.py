@@ -22,11 +22,12 @@ from flex_ident.estimation.far_mode import rigid_link_notice
 from flex_ident.estimation.friction_curve import friction_curve
 from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
+from flex_ident.estimation.mode_seen import with_mode_judged
 from flex_ident.estimation.motor_current import kind_beside_current, with_motor_side
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
-from flex_ident.estimation.thresholds import MODE_CLEAR, MODE_SEEN, SENSOR_LEFT
+from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
@@ -184,12 +185,7 @@ def _simulated(
         return _rigid(recording, options, sensors, prismatic, progress, said)
     if rigid is not None:
         result = replace(result, verdict="rejected", notices=(rigid, *result.notices))
-    locked = result.derived.get("locked_motor_hz", 0.0)
-    if mode.confidence < MODE_SEEN and problem.band_hz / MODE_CLEAR < locked <= problem.band_hz:
-        found = {"locked_motor_hz": locked, "band_hz": problem.band_hz}
-        notice = Notice(Code.MODE_OUTSIDE_BAND, numbers=found, texts={"case": "end"})
-        verdict = "doubtful" if result.verdict == "trusted" else result.verdict
-        result = replace(result, verdict=verdict, notices=(notice, *result.notices))
+    result = with_mode_judged(result, mode.confidence, problem.band_hz)
     if not options.cutoff_sweep or options.rigid or result.verdict == "rejected":
         return result
     sweep = swept_cutoffs(
