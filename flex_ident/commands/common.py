@@ -143,7 +143,7 @@ def given_settings(
 
 
 KNOWN_KEYS = (
-    "bag", "bag_directories", "output_directory", "use_sim_time",
+    "bag", "bag_directories", "output_directory", "use_sim_time", "health", "baseline",
     *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS, *SET_SETTINGS, *IMPORT_SETTINGS)),
 )  # fmt: skip
 """Keys that a file shared with the identifier node and other commands may hold."""
