@@ -12,6 +12,7 @@ a result of the size that `identify_bag` writes. Run nothing beside it: the load
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import subprocess
 import sys
@@ -20,6 +21,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
@@ -53,6 +55,7 @@ def made_up_archive(folder: Path, rows: int) -> None:
     padding = "x" * RESULT_CHARACTERS
     for i in range(rows):
         robot, joint, number = i % 100, i // 100 % 10, i // 1000
+        sha256 = hashlib.sha256(str(i).encode()).hexdigest()
         parameters = {
             key: {"value": true * float(rng.normal(1.0, 0.02)), "std": 0.005 * true, "unit": "SI", "identifiable": True}
             for key, true in TRUTH.items()
@@ -62,16 +65,17 @@ def made_up_archive(folder: Path, rows: int) -> None:
             "parameters": parameters, "warnings": [], "padding": padding,
         }  # fmt: skip
         common = common_row(
-            robot=f"arm {robot}", bag=f"bag {i}", sha256=f"{i:064d}", tag="", conditions={}, settings={}
+            robot=f"arm {robot}", bag=f"bag {i}", sha256=sha256, tag="", conditions={}, settings={}
         )  # fmt: skip
         row = result_row(common, content, start_time_s=1.7e9 + 2.6e6 * number + i, seconds=1.0)
-        archive.write(archive.file_of(f"{i:064d}", {}), [row])
+        archive.write(archive.file_of(sha256, {}), [row])
 
 
 def health_seconds(count: int) -> None:
     """Print how long health takes over an archive of so many rows, whole commands in processes of their own."""
     with tempfile.TemporaryDirectory() as name:
-        made_up_archive(Path(name), count)
+        with patch("os.fsync"):  # of what is made up nothing can be lost
+            made_up_archive(Path(name), count)
         command = [sys.executable, "-m", "flex_ident.commands.flex_ident", "health", name]
         for form in (["--json"], ["--out", str(Path(name) / "page")]):
             took = seconds(lambda form=form: subprocess.run([*command, *form], stdout=subprocess.DEVNULL))

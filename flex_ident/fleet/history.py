@@ -10,6 +10,7 @@ from datetime import UTC, date, datetime
 from typing import Any
 
 from flex_ident.errors import DataError
+from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row
 from flex_ident.pooling.thresholds import FIRST_RESULTS
 from flex_ident.recording.names import harmless
@@ -93,6 +94,7 @@ def _told(row: Row) -> Told:
         for key, p in content.items()
         if p["identifiable"] and p["value"] is not None and p["std"] is not None and p["std"] > 0.0
     }
+    known |= ratios(known, row.get("covariance"))
     temperature = json.loads(row["conditions"] or "{}").get("temperature")
     number = isinstance(temperature, (int, float)) and math.isfinite(temperature)
     at = row["recorded_at"] or row["finished_at"]

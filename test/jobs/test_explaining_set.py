@@ -1,4 +1,4 @@
-"""`explain_gap A B C` from bags to one gap.json: what several recordings bear out is accepted, what one shows is not."""
+"""`explain_gap A B C` from bags to one gap.json: what several recordings bear out is accepted, not what one shows."""
 
 import json
 import re
