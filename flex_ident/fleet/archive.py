@@ -98,18 +98,27 @@ class Archive:
         shown = path_text(self.folder)
         if not files:
             raise DataError(f"{shown}: no archive: no {SUFFIX} file is there. flex_ident batch makes one.")
-        tables, schema = [], self._schema()
-        for file in files:
-            try:
-                with self._parquet.ParquetFile(file) as opened:
-                    known = opened.schema_arrow.equals(schema)
-                    table = opened.read(columns=list(columns), use_threads=False) if known else None
-            except (OSError, ValueError) as error:
-                raise DataError(f"{path_text(file)}: is damaged; remove it, and batch does it again.") from error
-            if table is None:
-                raise DataError(f"{path_text(file)}: is not of an archive of this version ({ARCHIVE}).")
-            tables.append(table)
-        return self._arrow.concat_tables(tables)
+        try:  # at once; which file is at fault is found out only where one is
+            data = extra_module("pyarrow.dataset", EXTRA, WHAT)
+            asked = list(dict.fromkeys((*columns, "archive")))
+            table = data.dataset([str(f) for f in files], schema=self._schema(), format="parquet").to_table(asked)
+            if set(table.column("archive").unique().to_pylist()) == {ARCHIVE}:
+                return table.select(list(columns))
+        except (OSError, ValueError):  # pyarrow's own errors are one or the other
+            pass
+        return self._arrow.concat_tables([self._read(file, columns) for file in files])
+
+    def _read(self, file: Path, columns: Sequence[str]) -> Any:
+        """Those columns of one file. Raises DataError."""
+        try:
+            with self._parquet.ParquetFile(file) as opened:
+                known = opened.schema_arrow.equals(self._schema())
+                table = opened.read(columns=list(columns)) if known else None
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path_text(file)}: is damaged; remove it, and batch does it again.") from error
+        if table is None:
+            raise DataError(f"{path_text(file)}: is not of an archive of this version ({ARCHIVE}).")
+        return table
 
     def _schema(self) -> Any:
         arrow = self._arrow

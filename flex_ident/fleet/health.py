@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -59,30 +59,32 @@ def fleet_health(rows: Iterable[Row], baseline: str = "") -> dict[str, Any]:
     steps = [(c, step(c.series, scatter[c.key])) for c in compared]
     newest = [(c, step(c.series, scatter[c.key], newest=True)) for c in compared]
     judged = [(c, s) for c, s in steps if s is not None]
-    if not judged:
+    if not judged and all(s is None for _, s in newest):
+        counted = f"{len(known)} joint, and it has not" if len(known) == 1 else f"{len(known)} joints, and none has"
         raise DataError(
-            f"nothing can be compared: {len(known)} joints, and none has results enough (a change rests on two results "
-            "behind the baseline, and how much results scatter on three or more, or on five joints)."
+            f"nothing can be compared: {counted} results enough (a change rests on two results behind the baseline, "
+            "and how much results scatter on three or more, on five joints, or on twenty with two results each)."
         )
     changes = _significant(judged)
     changed = {c.name for c, _, _ in changes}
+    alone = [(c, s) for c, s in newest if s is not None and c.name not in changed]
+    to_confirm = _significant(alone)
+    told = judged or alone  # of pairs of results the newest alone can be judged
     shown = [
-        Shown(c, s, smallest(c.series, scatter[c.key], FALSE_CHANGES / len(judged)), c.name in changed)
-        for c, s in judged
+        Shown(c, s, smallest(c.series, scatter[c.key], FALSE_CHANGES / len(told)), c.name in changed) for c, s in told
     ]
     by_history: dict[tuple[str, ...], list[Shown]] = {}
     for one in shown:
         by_history.setdefault(one.compared.history.name, []).append(one)
-    alone = [(c, s) for c, s in newest if s is not None and c.name not in changed]
     return {
         "schema": HEALTH, "baseline": baseline or "first results",
-        "false_alarms": {"method": "Benjamini-Hochberg", "rate": FALSE_CHANGES, "comparisons": len(judged)},
+        "false_alarms": {"method": "Benjamini-Hochberg", "rate": FALSE_CHANGES, "comparisons": len(told)},
         "smallest": _smallest(shown),
         "joints": [
-            _joint(h, by_history.get(h.name, []), [own for own in changes if own[0].history is h]) for h in known
+            _joint(h, by_history.get(h.name, []), _of(changes, h), _of(to_confirm, h)) for h in known
         ],
         "changes": [_change(*own) for own in changes],
-        "to_confirm": [_change(*own) for own in _significant(alone)],
+        "to_confirm": [_change(*own) for own in to_confirm],
     }  # fmt: skip
 
 
@@ -123,7 +125,11 @@ def _measured(compared: Sequence[_Compared]) -> tuple[list[_Compared], dict[str,
     return found, scatter
 
 
-def _significant(steps: Sequence[tuple[_Compared, Step]]) -> list[tuple[_Compared, Step, float]]:
+_Found = tuple[_Compared, Step, float]
+"""A change, and its chance adjusted over all comparisons."""
+
+
+def _significant(steps: Sequence[tuple[_Compared, Step]]) -> list[_Found]:
     chances = adjusted([s.chance for _, s in steps])
     return [(c, s, p) for (c, s), p in zip(steps, chances, strict=True) if p < FALSE_CHANGES]
 
@@ -144,16 +150,23 @@ def _change(own: _Compared, found: Step, chance: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _of(changes: Sequence[_Found], history: History) -> dict[str, tuple[_Compared, Step]]:
+    """The changes of one joint, by parameter."""
+    return {c.key: (c, s) for c, s, _ in changes if c.history is history}
+
+
 def _joint(
-    history: History, shown: Sequence[Shown], changes: Sequence[tuple[_Compared, Step, float]]
-) -> dict[str, Any]:
-    """What is said of one joint: changed with a probable cause, unchanged, or not judged; and its series."""
+    history: History, shown: Sequence[Shown], changes: Mapping[str, tuple[_Compared, Step]],
+    waiting: Mapping[str, tuple[_Compared, Step]],
+) -> dict[str, Any]:  # fmt: skip
+    """What is said of one joint: changed, or waiting for a second result that says so, with a probable cause;
+    unchanged; or not judged; and its series."""
     known = [one.compared.key for one in shown]
-    own = {c.key: (c, s) for c, s, _ in changes}
+    own = changes or waiting
     content: dict[str, Any] = {
         "robot": history.robot, "joint": history.joint, "model": history.model, "results": len(history.results),
         "baseline_results": history.baseline,
-        "state": "changed" if own else "unchanged" if known else "not_judged",
+        "state": "changed" if changes else "to_confirm" if waiting else "unchanged" if known else "not_judged",
         "recorded_at": [told.at.isoformat() for told in history.results],
         "parameters": {one.compared.key: _parameter(one) for one in shown},
     }  # fmt: skip

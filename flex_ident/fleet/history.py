@@ -70,7 +70,7 @@ def _history(key: tuple[str, str, str], results: Sequence[Told], baseline: str) 
     ordered = sorted(results, key=lambda told: told.at)
     until = _date(baseline)
     if not baseline:
-        count = min(FIRST_RESULTS, max(1, len(ordered) - 1))
+        count = min(FIRST_RESULTS, max(1, len(ordered) - 2))
     elif until is not None:
         count = sum(told.at.date() <= until for told in ordered)
     else:

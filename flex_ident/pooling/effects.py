@@ -26,8 +26,9 @@ def outcome_of(heard: Sequence[Heard], *, of_recording: bool = False) -> Outcome
     """Whether an effect is of the joint, by what each recording says of it.
 
     One that was found in one recording alone needs another that confirms it, and none that contradicts it; one that
-    was found in several needs more that confirm the others' values than contradict them. What is `of_recording` has
-    another size in each, and no other can speak of it.
+    was found in several needs more that confirm the others' values than contradict them. Where none can tell, as the
+    base imitates it, one that most found by themselves is accepted. What is `of_recording` has another size in each,
+    and no other can speak of it.
     """
     if of_recording:
         return "accepted"
@@ -37,7 +38,7 @@ def outcome_of(heard: Sequence[Heard], *, of_recording: bool = False) -> Outcome
         return "values_differ"
     if found == 1 and contradicted:
         return "contradicted"
-    return "accepted" if confirmed else "unconfirmed"
+    return "accepted" if confirmed or 2 * found > len(heard) > 2 else "unconfirmed"
 
 
 def dissenters(heard: Sequence[Heard]) -> list[int]:

@@ -43,4 +43,4 @@ FEWEST_TO_SHARE_SCATTER = 5
 FEWEST_PAIRS = 20
 """Series of two results each from which their scatter is estimated, by the median. Set by hand."""
 FIRST_RESULTS = 3
-"""Results of a joint that are its baseline where none is named, less where there are no more. Set by hand."""
+"""Results of a joint that are its baseline where none is named; less where two would not be left. Set by hand."""

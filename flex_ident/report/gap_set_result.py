@@ -202,6 +202,7 @@ def _finding(result: JoinedGap, own: SetEffect) -> dict[str, Any]:
         },
         "agree": {key_parts(p.key)[1]: finite(o.chance) for p, o, _ in result.pooled(own) if o is not None},
         "evidence": evidence_text(proposal, own.heard, names), "found_in": [names[i] for i in proposal.finders],
+        "validated": any(h.said == "confirms" for h in own.heard),
         "recordings": _heard(result, own),
         "also_considered": [],
     }  # fmt: skip

@@ -21,6 +21,8 @@ def evidence_text(proposal: Proposal, heard: Sequence[Heard], names: Sequence[st
         return f"{text}; each recording has its own, and no other can speak of it."
     tried = [own for own in heard if own.said != "not_tried"]
     confirmed = [own for own in tried if own.said == "confirms"]
+    if not confirmed:
+        return f"{text}; with the values of the others no gap tells: the base model imitates it there."
     before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in
                      ([own.before for own in confirmed], [own.after for own in confirmed]))  # fmt: skip
     text += (

@@ -15,6 +15,8 @@ from flex_ident.pooling.effects import Heard, Said, dissenters, outcome_of
         ((True, False), ("not_tried", "cannot_tell"), "unconfirmed"),
         ((True, True), ("contradicts", "confirms"), "values_differ"),
         ((True, True), ("cannot_tell", "cannot_tell"), "unconfirmed"),
+        ((True, True, False), ("cannot_tell", "cannot_tell", "cannot_tell"), "accepted"),
+        ((True, True, False, False), ("cannot_tell",) * 4, "unconfirmed"),
     ],
 )
 def test_outcomes(found: tuple[bool, ...], said: tuple[Said, ...], outcome: str) -> None:
