@@ -124,8 +124,8 @@ def main() -> None:
                     f"{part}false {100 * total[2] / unchanged:.2f} % of joints, in {alarmed} of {given.fleets} fleets"
                 )
             best = min((smallest[key]["median_percent"] for key in ("K", "K/JL") if key in smallest), default=np.nan)
-            print(f"{before} + {after} results, scatter own {100 * own:g} %, scale {100 * scale:g} %; smallest change of K "
-                  f"or K/JL that could be shown {best:.2g} %; " + "; ".join(line), flush=True)  # fmt: skip
+            print(f"{before} + {after} results, scatter own {100 * own:g} %, scale {100 * scale:g} %; smallest change "
+                  f"of K or K/JL that could be shown {best:.2g} %; " + "; ".join(line), flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":
