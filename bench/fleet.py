@@ -1,23 +1,35 @@
-"""What an archive costs: bags a second in one process, and by `flex_ident batch` with one worker and with two.
+"""What an archive costs: bags a second in one process, and by `flex_ident batch` with one worker and with two; and how
+long `flex_ident health` takes on an archive of many rows.
 
     python bench/fleet.py --bags 8
+    python bench/fleet.py --rows 10000
 
-The bags are of rigid virtual joints (10 s, 200 Hz), which take half a second each: the overhead shows. Run nothing
-beside it.
+The bags are of rigid virtual joints (10 s, 200 Hz), which take half a second each: the overhead shows. The rows are
+made up, one file each as `batch` writes them: 100 robots of ten joints, nine parameters each, ten results a joint, with
+a result of the size that `identify_bag` writes. Run nothing beside it: the load of the machine is printed.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
 
 from flex_ident.bags.virtual import write_virtual_bag
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
+from flex_ident.fleet.archive import Archive
 from flex_ident.fleet.recordings import found_recordings
+from flex_ident.fleet.rows import common_row, result_row
 from flex_ident.fleet.running import batch
 from flex_ident.jobs.identifying import finished_identification
 from flex_ident.jobs.places import Place
@@ -25,6 +37,8 @@ from flex_ident.parameters import JointModel
 from flex_ident.virtual_joint import Experiment
 
 EXPERIMENT = Experiment(duration_s=10.0, sample_rate_hz=200.0)
+TRUTH = {"Jm": 1.0, "K": 1e4, "JL": 2.0, "FVm": 8.0, "FSm": 4.0, "FV": 2.0, "FS": 1.0, "MX": 0.5, "MY": 3.0}
+RESULT_CHARACTERS = 8000
 VALUES = {**{s.key: s.default for s in IDENTIFY_SETTINGS}, "rigid": True}
 
 
@@ -35,11 +49,49 @@ def seconds(run: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
+def made_up_archive(folder: Path, rows: int) -> None:
+    """An archive of so many rows, a file each."""
+    rng, archive = np.random.default_rng(1), Archive(folder).opened()
+    padding = "x" * RESULT_CHARACTERS
+    for i in range(rows):
+        robot, joint, number = i % 100, i // 100 % 10, i // 1000
+        sha256 = hashlib.sha256(str(i).encode()).hexdigest()
+        parameters = {
+            key: {"value": true * float(rng.normal(1.0, 0.02)), "std": 0.005 * true, "unit": "SI", "identifiable": True}
+            for key, true in TRUTH.items()
+        }  # fmt: skip
+        content = {
+            "joint": f"joint_{joint}", "sensors": "motor+link", "method": "auto", "verdict": "trusted",
+            "parameters": parameters, "warnings": [], "padding": padding,
+        }  # fmt: skip
+        common = common_row(
+            robot=f"arm {robot}", bag=f"bag {i}", sha256=sha256, tag="", conditions={}, settings={}
+        )  # fmt: skip
+        row = result_row(common, content, start_time_s=1.7e9 + 2.6e6 * number + i, seconds=1.0)
+        archive.write(archive.file_of(sha256, {}), [row])
+
+
+def health_seconds(count: int) -> None:
+    """Print how long health takes over an archive of so many rows, whole commands in processes of their own."""
+    with tempfile.TemporaryDirectory() as name:
+        with patch("os.fsync"):  # of what is made up nothing can be lost
+            made_up_archive(Path(name), count)
+        command = [sys.executable, "-m", "flex_ident.commands.flex_ident", "health", name]
+        for form in (["--json"], ["--out", str(Path(name) / "page")]):
+            took = seconds(lambda form=form: subprocess.run([*command, *form], stdout=subprocess.DEVNULL))
+            print(f"health over {count} rows in as many files, {form[0]}: {took:.1f} s (load {os.getloadavg()[0]:.1f})")
+
+
 def main() -> None:
     """Print a line for each way."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bags", type=int, default=8)
-    count = parser.parse_args().bags
+    parser.add_argument("--rows", type=int, default=0)
+    given = parser.parse_args()
+    if given.rows:
+        health_seconds(given.rows)
+        return
+    count = given.bags
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for seed in range(count):
@@ -54,7 +106,7 @@ def main() -> None:
 
         one_process()  # what is compiled is compiled
         alone = seconds(one_process)
-        print(f"one process, a loop: {alone:.1f} s, {alone / count:.2f} s a bag")
+        print(f"load {os.getloadavg()[0]:.1f}; one process, a loop: {alone:.1f} s, {alone / count:.2f} s a bag")
         for workers in (1, 2):
             archive = folder / f"fleet{workers}"
             run = partial(batch, bags, VALUES, archive, workers=workers)

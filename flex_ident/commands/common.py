@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -30,10 +31,27 @@ REJECTED = 4
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
+    """A parser whose errors are one line, and whose options take values like -3@0.4, which look like an option."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As argparse, values that begin with a minus and a digit joined to the option before them."""
+        given = list(sys.argv[1:] if args is None else args)
+        for i in range(len(given) - 1, 0, -1):
+            option, value = str(given[i - 1]), str(given[i])
+            if re.match(r"-\.?\d", value) and not _is_number(value) and re.fullmatch(r"--[\w-]+", option):
+                given[i - 1 : i + 1] = [f"{option}={value}"]
+        return super().parse_known_args(given, namespace)
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message}. See {self.prog} --help.")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 EXIT_STATUSES = """\
@@ -143,7 +161,7 @@ def given_settings(
 
 
 KNOWN_KEYS = (
-    "bag", "bag_directories", "output_directory", "use_sim_time",
+    "bag", "bag_directories", "output_directory", "use_sim_time", "health", "baseline",
     *(s.key for s in (*IDENTIFY_SETTINGS, *GAP_SETTINGS, *SET_SETTINGS, *IMPORT_SETTINGS)),
 )  # fmt: skip
 """Keys that a file shared with the identifier node and other commands may hold."""

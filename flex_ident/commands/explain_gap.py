@@ -1,10 +1,11 @@
-"""`explain_gap BAG`: where simulation and measurement disagree, what is missing, and how far the gap shrinks."""
+"""`explain_gap BAG...`: where simulation and measurement disagree, what is missing, and how far the gap shrinks."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from flex_ident.commands.common import (
     say_what_was_read,
     stage_bars,
 )
-from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS
+from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, SET_SETTINGS, Value
 
 PROG = "explain_gap"
 EXAMPLES = (
@@ -27,12 +28,13 @@ EXAMPLES = (
     "explain_gap my_bag --model results/model.yaml           # what that model lacks",
     "explain_gap my_bag --without MX,MY --out results/gap    # a base without gravity",
     "explain_gap my_bag --simulated my_simulators_bag        # what a simulator of the same motion has wrong",
+    "explain_gap monday tuesday wednesday                    # one joint, recorded three times: what holds in all",
 )
 MODEL_TEXT = "a model.yaml: the base whose gap is sought; its parameters are identified again"
 SETTINGS = (
     *(replace(s, description=MODEL_TEXT) if s.key == "model" else s
       for s in IDENTIFY_SETTINGS if s.key not in ("method", "cutoff_sweep")),
-    *GAP_SETTINGS,
+    *GAP_SETTINGS, *SET_SETTINGS,
 )  # fmt: skip
 
 
@@ -44,7 +46,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     text = "Finds where simulation and measurement disagree, and names what is missing."
     parser = command_parser(PROG, text, EXAMPLES)
-    parser.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag")
+    parser.add_argument(
+        "bag", type=Path, metavar="BAG", nargs="+",
+        help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag; several are one joint recorded several times",
+    )  # fmt: skip
     add_settings(parser, SETTINGS)
     parser.add_argument("--method", metavar="auto", default="auto", help="auto, the only method that explain_gap has")
     add_output_options(parser)
@@ -54,6 +59,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     from flex_ident.jobs.explaining import finished_explanation
     from flex_ident.jobs.options import gap_options
     from flex_ident.jobs.places import place_of
+    from flex_ident.jobs.sets import refuse_of_one
     from flex_ident.report.folder import GAP_REPORT
     from flex_ident.report.gap_table import gap_text
 
@@ -62,6 +68,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     if values["joint"] == "all":
         raise UsageError("--joint all: explain_gap takes one joint.")
     gap_options(values)
+    if len(given.bag) > 1:
+        return _together(given, values)
+    [given.bag] = given.bag
+    refuse_of_one(values)
     quiet = bool(given.quiet or given.json)
     place = place_of(values, given.bag, needed=not given.json)
     with stage_bars(shown=not quiet) as progress:
@@ -85,6 +95,29 @@ def _run(arguments: Sequence[str] | None) -> int:
                   "the final model above.")  # fmt: skip
     unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
     return unwritten if done.explanation.determined else REJECTED
+
+
+def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
+    """Several recordings of one joint as one."""
+    from flex_ident.jobs.explaining_set import finished_gap_set
+    from flex_ident.jobs.places import place_of
+    from flex_ident.jobs.sets import set_name
+    from flex_ident.report.gap_set_table import gap_set_text
+
+    quiet = bool(given.quiet or given.json)
+    place = replace(place_of(values, Path(set_name(given.bag)), needed=not given.json), shared=False)
+    with stage_bars(shown=not quiet) as progress:
+        done = finished_gap_set(
+            given.bag, values, place, plots=not given.no_plots, progress=progress,
+            read=say_what_was_read if not quiet else lambda _recording: None,
+        )  # fmt: skip
+    if given.json:
+        json.dump(done.content, sys.stdout, allow_nan=False)
+        print()
+    elif not quiet:
+        print(f"\n{gap_set_text(done.result)}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
+    unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
+    return REJECTED if done.content["verdict"] == "rejected" else unwritten
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         return _together(given, values)
     [given.bag] = given.bag
     from flex_ident.jobs.joints import moving_joints
-    from flex_ident.jobs.several import refuse_of_one
+    from flex_ident.jobs.sets import refuse_of_one
 
     refuse_of_one(values)
     every = values["joint"] == "all"
@@ -109,7 +109,8 @@ def _identified(given: argparse.Namespace, values: Mapping[str, Value], *, many:
 def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
     """Several recordings of one joint as one."""
     from flex_ident.jobs.places import place_of
-    from flex_ident.jobs.several import finished_set, set_name
+    from flex_ident.jobs.sets import set_name
+    from flex_ident.jobs.several import finished_set
     from flex_ident.report.several_table import several_text
 
     if values["joint"] == "all":

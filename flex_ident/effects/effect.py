@@ -74,6 +74,8 @@ class Effect:
     """Nuisances that stand for the effect where it lies out of sight, and go when it is in the model."""
     shown_by: tuple[str, ...] = ()
     """Those that are nothing where the effect is not there: where one is certain, the search goes without it."""
+    of_recording: bool = False
+    """Belongs to a recording and not to the joint: another recording of the same joint has another size of it."""
     needs_spring: bool = False
     """Makes no sense for a rigid joint."""
     needs_link: bool = False

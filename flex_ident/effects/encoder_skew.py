@@ -25,6 +25,7 @@ ENCODER_SKEW = Effect(
     probes=_probes,
     replaces="link_skew",
     where="measurement",
+    of_recording=True,
     signature="an error of the link position proportional to its velocity",
     bin_by="link_velocity",
     confused_with=("joint_damping",),

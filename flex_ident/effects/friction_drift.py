@@ -24,6 +24,7 @@ FRICTION_DRIFT = Effect(
     ),
     probes=_probes,
     where="motor",
+    of_recording=True,
     signature="a residual with the sign of the velocity whose size changes with time",
     bin_by="time",
     confused_with=("stribeck_friction", "time_delay"),

@@ -46,6 +46,7 @@ TIME_DELAY = Effect(
     start=_start,
     replaces="torque_delay",
     where="measurement",
+    of_recording=True,
     signature="a phase of the residual that grows with frequency",
     bin_by="frequency",
     confused_with=("friction_drift", "joint_damping"),

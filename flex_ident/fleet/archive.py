@@ -81,32 +81,44 @@ class Archive:
 
     def rows(self, columns: Sequence[str] = COLUMNS) -> list[Row]:
         """All rows of the archive, files in the order of their names. Raises DataError where it is none."""
-        rows: list[Row] = self._table().select(list(columns)).to_pylist()
+        rows: list[Row] = self._table(columns).to_pylist()
         return rows
 
     def write_csv(self, file: Path) -> None:
         """The archive as one table for a spreadsheet. Raises DataError and UsageError."""
-        table = self._table().drop_columns(list(WIDE))
+        table = self._table([name for name in COLUMNS if name not in WIDE])
         try:
             extra_module("pyarrow.csv", EXTRA, WHAT).write_csv(table, file)
         except OSError as error:
             raise UsageError(f"--csv {file}: cannot be written ({error.strerror or error}).") from error
 
-    def _table(self) -> Any:
+    def _table(self, columns: Sequence[str]) -> Any:
+        """Those columns of all files: of 10,000, what is not asked for is most of what there is to read."""
         files = sorted(self.folder.glob(f"*{SUFFIX}"))
         shown = path_text(self.folder)
         if not files:
             raise DataError(f"{shown}: no archive: no {SUFFIX} file is there. flex_ident batch makes one.")
-        tables = []
-        for file in files:
-            try:
-                table = self._parquet.read_table(file, partitioning=None)
-            except (OSError, ValueError) as error:
-                raise DataError(f"{path_text(file)}: is damaged; remove it, and batch does it again.") from error
-            if not table.schema.equals(self._schema()):
-                raise DataError(f"{path_text(file)}: is not of an archive of this version ({ARCHIVE}).")
-            tables.append(table)
-        return self._arrow.concat_tables(tables)
+        try:  # at once; which file is at fault is found out only where one is
+            data = extra_module("pyarrow.dataset", EXTRA, WHAT)
+            asked = list(dict.fromkeys((*columns, "archive")))
+            table = data.dataset([str(f) for f in files], schema=self._schema(), format="parquet").to_table(asked)
+            if set(table.column("archive").unique().to_pylist()) == {ARCHIVE}:
+                return table.select(list(columns))
+        except (OSError, ValueError):  # pyarrow's own errors are one or the other
+            pass
+        return self._arrow.concat_tables([self._read(file, columns) for file in files])
+
+    def _read(self, file: Path, columns: Sequence[str]) -> Any:
+        """Those columns of one file. Raises DataError."""
+        try:
+            with self._parquet.ParquetFile(file) as opened:
+                known = opened.schema_arrow.equals(self._schema())
+                table = opened.read(columns=list(columns)) if known else None
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path_text(file)}: is damaged; remove it, and batch does it again.") from error
+        if table is None:
+            raise DataError(f"{path_text(file)}: is not of an archive of this version ({ARCHIVE}).")
+        return table
 
     def _schema(self) -> Any:
         arrow = self._arrow

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from enum import StrEnum
 
 from flex_ident.effects.backlash import BACKLASH
+from flex_ident.fleet.ratios import LOCKED, RATIOS, SHARES
 from flex_ident.parameters.keys import key_text
 
 FRICTION = ("FVm", "FSm", "FV", "FS")
@@ -37,6 +38,7 @@ def probable_cause(
     `known` are all parameters that were compared; `temperature` says that it was another in the recordings behind the
     change. A scale of the effort moves all that carry force alike; nothing else moves the motor's inertia.
     """
+    changes = _by_parameters(changes)
     changed = set(changes)
     if _alike(changes, known):
         return Cause.EFFORT_SCALE
@@ -55,6 +57,21 @@ def probable_cause(
     if changed == {PLAY}:
         return Cause.GEAR_WEAR
     return Cause.OFFSET if changed == {"offset"} else Cause.SEVERAL
+
+
+def _by_parameters(changes: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """The changes without ratios of parameters: a ratio alone is put down to the parameter that it most likely is.
+
+    K/JL changes with K where JL/Jm does not, else with JL.
+    """
+    own = {key: change for key, change in changes.items() if key not in RATIOS}
+    locked, shares = changes.get(LOCKED), changes.get(SHARES)
+    load = bool(set(LOAD) & set(own))
+    if shares is not None and not load:
+        own["JL"] = shares
+    elif locked is not None and not load and "K" not in own:
+        own["K"] = locked
+    return own
 
 
 def _alike(changes: Mapping[str, tuple[float, float]], known: Collection[str]) -> bool:

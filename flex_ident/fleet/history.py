@@ -10,6 +10,7 @@ from datetime import UTC, date, datetime
 from typing import Any
 
 from flex_ident.errors import DataError
+from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row
 from flex_ident.pooling.thresholds import FIRST_RESULTS
 from flex_ident.recording.names import harmless
@@ -69,7 +70,7 @@ def _history(key: tuple[str, str, str], results: Sequence[Told], baseline: str) 
     ordered = sorted(results, key=lambda told: told.at)
     until = _date(baseline)
     if not baseline:
-        count = min(FIRST_RESULTS, max(1, len(ordered) - 1))
+        count = min(FIRST_RESULTS, max(1, len(ordered) - 2))
     elif until is not None:
         count = sum(told.at.date() <= until for told in ordered)
     else:
@@ -93,6 +94,7 @@ def _told(row: Row) -> Told:
         for key, p in content.items()
         if p["identifiable"] and p["value"] is not None and p["std"] is not None and p["std"] > 0.0
     }
+    known |= ratios(known, row.get("covariance"))
     temperature = json.loads(row["conditions"] or "{}").get("temperature")
     number = isinstance(temperature, (int, float)) and math.isfinite(temperature)
     at = row["recorded_at"] or row["finished_at"]

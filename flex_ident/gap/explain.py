@@ -118,6 +118,7 @@ def explain(
     reasons: list[str] = []
     if structured:
         tried = "that was tried" if options.effects else "of the catalogue"
+        tried = tried if options.searching else "that the other recordings bear out"
         place = where_left[0].text if where_left else "it is spread evenly"
         size = gaps[-1] if left.structured(gaps[-1]) else whole.gap
         reasons.append(

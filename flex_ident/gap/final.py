@@ -40,7 +40,7 @@ def judged_again(
     while True:
         estimate = _final_estimate(search, base, problem, options)
         middle = [(a.trial.solver, search.after(i)) for i, a in enumerate(search.accepted[:-1])]
-        gaps = [gap_of(problem, _trained(s, f, problem, held), held) for s, f in (base, *middle)]
+        gaps = [gap_of(problem, trained_values(s, f, problem, held), held) for s, f in (base, *middle)]
         if search.accepted:
             gaps.append(gap_of(problem, estimate.trained, held))
         failed = next(
@@ -81,8 +81,8 @@ def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitPro
     return estimate_of(solver, polished(solver, keys, values), prismatic=options.prismatic)
 
 
-def _trained(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
-    """The same keys fitted without the validation part."""
+def trained_values(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
+    """Values of the same keys, fitted without the validation part."""
     own = SteadyFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
     return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
 

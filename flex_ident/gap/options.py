@@ -32,6 +32,8 @@ class GapOptions:
     prismatic: bool = False
     effort_kind: str = "auto"
     band_hz: float | None = None
+    searching: bool = True
+    """Whether to look for effects beside those that are added."""
     nuisances_stay: bool = False
     """Also those that stand for an effect which is certain: for when the search did not find it."""
 

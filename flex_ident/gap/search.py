@@ -43,7 +43,7 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
     for name in options.add:
         search = _added_by_hand(search, name, options)
     led_on: set[str] = set()
-    for round_number in range(MOST_ROUNDS):
+    for round_number in range(MOST_ROUNDS if options.searching else 0):
         if len({a.trial.effect for a in search.accepted}) >= MOST_EFFECTS:
             break
         share = round_number / MOST_ROUNDS

@@ -41,3 +41,6 @@ OWN_ERROR = 1e-3
 """Change of the prediction, relative, that the method's own error may make."""
 WORTH_ANOTHER = 0.8
 """Share of the cost that such a round must leave at most for another to follow."""
+CARRIED_T = 2.5
+"""The t over blocks from which a recording confirms, or below whose negative it contradicts, an effect as others have
+it: that of `HELD_OUT_T` for what saves little."""

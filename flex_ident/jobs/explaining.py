@@ -29,11 +29,15 @@ Progress = Callable[[str, float], None]
 class FinishedExplanation:
     """An explanation, `gap.json`'s content, the files written, and the comparison with a simulator if one was given.
 
+    `raw` is the explanation before a current's units are written as such.
+
     `beside_result`: they were written into a folder that holds identify_bag's result of the same recording.
     `unwritten`: why nothing was written.
     """
 
     explanation: GapExplanation
+    raw: GapExplanation
+    recording: Recording
     content: dict[str, Any]
     paths: Mapping[str, Path]
     simulator: SimulatorGap | None = None
@@ -74,6 +78,7 @@ def finished_explanation(
         explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
     if values["prismatic"]:
         explanation = prismatic_explanation(explanation)
+    raw = explanation
     if is_current(explanation.final.notices):
         explanation = explanation_in_amperes(explanation)
     content = gap_content(explanation)
@@ -91,4 +96,4 @@ def finished_explanation(
             unwritten = error
     kept = folder is not None and beside(folder, "result.json", recording)
     answers = answer_text(explanation.final, recording)
-    return FinishedExplanation(explanation, content, paths, compared, kept, unwritten, answers)
+    return FinishedExplanation(explanation, raw, recording, content, paths, compared, kept, unwritten, answers)

@@ -47,4 +47,7 @@ def _load(text: str) -> tuple[str | None, Load]:
         mass, x, y = (float(found[name] or 0.0) for name in ("mass", "x", "y"))
     except ValueError:
         raise UsageError(f"--payload {shortened(text)}: {EXPECTED}.") from None
-    return found["bag"], Load(mass, x, y)
+    try:
+        return found["bag"], Load(mass, x, y)
+    except UsageError as error:
+        raise UsageError(f"--payload {shortened(text)}: {error}") from None

@@ -20,6 +20,7 @@ ANY_NODE = ("use_sim_time", "start_type_description_service")
 def descriptor(setting: Setting, *, read_only: bool = False) -> ParameterDescriptor:
     """What `ros2 param describe` shows of a setting."""
     described = ParameterDescriptor(name=setting.key, description=setting.description, read_only=read_only)
+    described.dynamic_typing = setting.many  # a list, or one text of all
     if setting.choices:
         described.additional_constraints = setting.range_text
     if isinstance(setting.default, float) and not isinstance(setting.default, bool):

@@ -23,12 +23,15 @@ from flex_ident.commands.common import one_line
 from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, SET_SETTINGS, Setting
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.jobs.explaining import finished_explanation
+from flex_ident.jobs.explaining_set import finished_gap_set
 from flex_ident.jobs.identifying import finished_identification
 from flex_ident.jobs.options import gap_options, identify_options, signal_selection
 from flex_ident.jobs.places import Place
-from flex_ident.jobs.several import finished_set, refuse_of_one, set_name, texts_of
+from flex_ident.jobs.sets import refuse_of_one, set_name, texts_of
+from flex_ident.jobs.several import finished_set
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare, refuse_unknown
+from flex_ident.nodes.health import LEVELS, failed, health_of
 from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.usage import Usage
 
@@ -37,16 +40,19 @@ COMMANDS_ONLY = ("out",)
 SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in (*COMMANDS_ONLY, "model"))
 NODE_SETTINGS = (
     Setting(
-        "bag",
-        "",
-        "the recording: a path inside bag_directories; several, with ';' between them, are one joint "
-        "recorded several times",
+        "bag", "", "the recording: a path inside bag_directories; several, as a list or with ';' between them, are one "
+        "joint recorded several times", many=True, separator=";",
     ),
     Setting("model", "", "a model.yaml to start from, inside bag_directories"),
+    Setting("baseline", "", "a result.json or gap.json of the joint, or its folder, inside bag_directories: what "
+            "~/health compares with"),
     *GAP_SETTINGS,
     *SET_SETTINGS,
+)  # fmt: skip
+FIXED_SETTINGS = (
+    Setting("output_directory", "flex_ident_results", "where results are written; empty: nowhere"),
+    Setting("health", False, "publish ~/health (latched diagnostics) with each result"),
 )
-FIXED_SETTINGS = (Setting("output_directory", "flex_ident_results", "where results are written; empty: nowhere"),)
 DIRECTORIES = "bag_directories"
 DIRECTORIES_TEXT = "folders that bags may lie in; nothing outside is read"
 USAGE = Usage(
@@ -56,11 +62,6 @@ USAGE = Usage(
     (*NODE_SETTINGS, *SETTINGS, *FIXED_SETTINGS),
     {DIRECTORIES: f"{DIRECTORIES_TEXT} [['.']]"},
 )
-LEVELS = {
-    "trusted": DiagnosticStatus.OK, "complete": DiagnosticStatus.OK, "explained": DiagnosticStatus.OK,
-    "doubtful": DiagnosticStatus.WARN, "partly_explained": DiagnosticStatus.WARN,
-    "unexplained": DiagnosticStatus.WARN, "rejected": DiagnosticStatus.ERROR,
-}  # fmt: skip
 ANSWER_S = 5.0
 """How long a job that is stopped may take to answer before rclpy goes."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -94,6 +95,8 @@ class Identifier(Node):
         self.create_service(Trigger, "~/explain_gap", self._explain_gap, callback_group=group)
         self.create_service(SelfTest, "~/self_test", self._self_test, callback_group=group)
         self._result = self.create_publisher(String, "~/result", LATCHED)
+        asked = bool(self.get_parameter("health").value)
+        self._health = self.create_publisher(DiagnosticArray, "~/health", LATCHED) if asked else None
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._diagnose, callback_group=group)
 
@@ -158,11 +161,14 @@ class Identifier(Node):
             content = job()
             self._verdict = str(content["verdict"])
             self._result.publish(String(data=json.dumps(content, allow_nan=False)))
+            self._tell_health(lambda: health_of(content, self.get_name(), self._baseline))
             self.get_logger().info(f"{name}: {content['joint']}: {self._verdict}")
             return content, ""
         except FlexIdentError as error:
             self.get_logger().error(f"{name}: {one_line(error)}")
-            return None, one_line(error)
+            why = one_line(error)
+            self._tell_health(lambda: failed(self.get_name(), f"{name}: {why}"))
+            return None, why
         except Exception as error:  # a service must answer
             if self.ending:  # a job that is stopped may also fail by what the interpreter has taken down
                 return None, "stopped: the node ends."
@@ -171,6 +177,19 @@ class Identifier(Node):
         finally:
             self._job = "idle"
             self._busy.release()
+
+    def _baseline(self) -> Path | None:
+        """What the latest result is compared with. Raises UsageError for a path outside the folders allowed."""
+        text = str(self.get_parameter("baseline").value)
+        return allowed_path(text, list(self.get_parameter(DIRECTORIES).value), what="baseline") if text else None
+
+    def _tell_health(self, status: Callable[[], DiagnosticStatus]) -> None:
+        """Publish the latest result's health, where that is asked for."""
+        if self._health is None:
+            return
+        array = DiagnosticArray(status=[status()])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._health.publish(array)
 
     def _progress(self, text: str, share: float) -> None:
         if self.ending:
@@ -212,8 +231,12 @@ class Identifier(Node):
 
     def _explained(self) -> Content:
         values = self._values()
-        if len(values["bags"]) > 1:
-            raise ConfigurationError("bag names several recordings: the gap of one is explained.")
+        bags = values["bags"]
+        if len(bags) > 1:
+            name = set_name(bags)
+            place = Place(lambda joint: self._folder(name, joint), shared=False)
+            return finished_gap_set(bags, values, place, progress=self._progress).content
+        refuse_of_one(values)
         done = finished_explanation(
             Path(values["bag"]), values, lambda joint: self._folder(values["bag"], joint), progress=self._progress
         )

@@ -441,6 +441,16 @@ class Code(StrEnum):
         "Two or three recordings say little of how far others would scatter: the intervals are wide for that.",
         "Record five times or more, under all conditions that matter.",
     )  # fmt: skip
+    EFFECT_NOT_SHARED = (
+        "effect_not_shared", "info",
+        "An effect that some recordings of the joint show by themselves, and that the others do not bear out.",
+        "Read those recordings' own explanations: what was different there? Record that condition again.",
+    )  # fmt: skip
+    EFFECT_CONTRADICTED = (
+        "effect_contradicted", "info",
+        "A recording is predicted worse with an effect that most others confirm.",
+        "Find out what was different about it, or leave it out with --leave-out BAG.",
+    )  # fmt: skip
     JOINT_NAMES_DIFFER = (
         "joint_names_differ", "info",
         "The joints that were identified have different names in the recordings.",

@@ -11,15 +11,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import digamma, polygamma, stdtr, stdtrit
 
-from flex_ident.pooling.thresholds import FEWEST_TO_SHARE_SCATTER
+from flex_ident.pooling.thresholds import FEWEST_PAIRS, FEWEST_TO_SHARE_SCATTER
 from flex_ident.recording.recording import Floats, read_only
 
 UNKNOWN_SCATTER = 0.0
+MEDIAN_OF_SQUARE, MEDIAN_EFFICIENCY = 0.4549, 0.37
+"""Median of the square of a standard normal, and the share of the values that would tell its variance as well."""
+FOUND = 0.95
+"""Share of the changes of the smallest size that are found."""
 CAUTION = 2.0
 """Standard errors by which series are taken to differ more in their scatter than they seem to."""
 
@@ -28,12 +33,14 @@ CAUTION = 2.0
 class Series:
     """Values (n,) of one parameter in the order of their recordings, with standard deviations (n,) that each states.
 
-    The first `baseline` belong together; from there on a step may be. Raises ValueError where they do not fit.
+    The first `baseline` belong together; from there on a step may be. It is measured in `scale`; 0: in what is
+    typically stated of it. Raises ValueError where they do not fit.
     """
 
     values: Floats
     stds: Floats
     baseline: int
+    scale: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", read_only(self.values, name="values"))
@@ -41,19 +48,29 @@ class Series:
         if not 1 <= self.baseline < self.values.size or not bool(np.all(self.stds > 0.0)):
             raise ValueError("a series needs a baseline, a value behind it, and stds above 0")
 
-    @property
+    @cached_property
     def unit(self) -> float:
-        """The typical stated standard deviation, in which the series is measured."""
-        return float(np.median(self.stds))
+        """What the series is measured in."""
+        return self.scale or float(np.median(self.stds))
+
+    @cached_property
+    def stated(self) -> float:
+        """The variance that is typically stated, in units squared: that of the series is never taken to be less."""
+        return float(np.median(self.stds) / self.unit) ** 2
 
     @property
+    def by_size(self) -> Series:
+        """The same, measured in the size of its values: as scatter goes that is a share of them in all series."""
+        return replace(self, scale=float(np.median(np.abs(self.values))))
+
+    @cached_property
     def weights(self) -> Floats:
         """Weights (n,) by what each states and what all scatter by: about 1 for what is typical."""
         z, k = self.values / self.unit, self.baseline
         within = float(np.sum(np.square(z[:k] - z[:k].mean())) + np.sum(np.square(z[k:] - z[k:].mean())))
         stated = np.square(self.stds / self.unit)
         scatter = max(0.0, within / max(1, z.size - 2) - float(np.mean(stated)))
-        weights: Floats = (scatter + 1.0) / (scatter + np.maximum(stated, 1.0))
+        weights: Floats = (scatter + self.stated) / (scatter + np.maximum(stated, self.stated))
         return weights
 
 
@@ -93,7 +110,7 @@ def common_scatter(series: Sequence[Series]) -> Scatter:
     """What the series have in common of their variance within baseline and rest; nothing is known from a few."""
     usable = [s for s in series if s.values.size > 2]
     if len(usable) < FEWEST_TO_SHARE_SCATTER:
-        return Scatter()
+        return _scatter_of_pairs([s for s in series if s.values.size == 2])
     freedom = np.array([s.values.size - 2.0 for s in usable])
     variance = np.array([_split(s, np.array([s.baseline])).variance[0] for s in usable])
     e = np.log(np.maximum(variance, 1e-12)) - digamma(freedom / 2) + np.log(freedom / 2)
@@ -105,19 +122,32 @@ def common_scatter(series: Sequence[Series]) -> Scatter:
     return Scatter(math.exp(float(np.mean(e)) + float(digamma(own / 2)) - math.log(own / 2)), own)
 
 
+def _scatter_of_pairs(pairs: Sequence[Series]) -> Scatter:
+    """What series of two values have in common of their variance, most of them taken to be unchanged: by the median of
+    the squared differences, which a few that did change hardly move, and which a third of as many would tell as well.
+    """
+    if len(pairs) < FEWEST_PAIRS:
+        return Scatter()
+    squares = []
+    for s in pairs:
+        split = _split(s, np.array([1]))
+        squares.append(float((split.after[0] - split.before[0]) ** 2 / split.spread[0]))
+    return Scatter(float(np.median(squares)) / MEDIAN_OF_SQUARE, MEDIAN_EFFICIENCY * len(pairs))
+
+
 def step(series: Series, scatter: Scatter, *, newest: bool = False) -> Step | None:
     """The likeliest step of a series that two values or more lie behind; or, `newest`, that of the last value alone.
 
     None where there is none, or nothing says how much recordings scatter. One value alone may be an outlier.
     """
     n = series.values.size
-    own = n - 2
+    own = max(0, n - 2)
     freedom = own + scatter.freedom
     at = np.array([n - 1]) if newest else np.arange(series.baseline, n - 1)
     if freedom < 1.0 or not at.size:
         return None
     split = _split(series, at)
-    variance = np.maximum(1.0, (scatter.freedom * scatter.variance + own * split.variance) / freedom)
+    variance = np.maximum(series.stated, (scatter.freedom * scatter.variance + own * split.variance) / freedom)
     std = np.sqrt(variance * split.spread)
     chance = 2.0 * stdtr(freedom, -np.abs(split.after - split.before) / std)
     best = int(np.argmin(chance))
@@ -126,6 +156,23 @@ def step(series: Series, scatter: Scatter, *, newest: bool = False) -> Step | No
         int(at[best]), unit * float(split.before[best]), unit * float(split.after[best]), unit * float(std[best]),
         freedom, min(1.0, at.size * float(chance[best])),
     )  # fmt: skip
+
+
+def smallest(series: Series, scatter: Scatter, chance: float) -> float:
+    """The smallest step that this series could have shown: found in 95 % where its chance must be under `chance`.
+
+    At the place that shows it best, with two values behind it or more. Infinite where nothing can be told.
+    """
+    n = series.values.size
+    own = max(0, n - 2)
+    freedom = own + scatter.freedom
+    at = np.arange(series.baseline, n - 1) if n > 2 else np.array([n - 1])
+    if freedom < 1.0 or not at.size:
+        return math.inf
+    split = _split(series, at)
+    variance = np.maximum(series.stated, (scatter.freedom * scatter.variance + own * split.variance) / freedom)
+    reach = float(stdtrit(freedom, 1.0 - chance / (2.0 * at.size))) + float(stdtrit(freedom, FOUND))
+    return series.unit * reach * float(np.min(np.sqrt(variance * split.spread)))
 
 
 def adjusted(chances: Sequence[float]) -> list[float]:

@@ -40,5 +40,7 @@ FALSE_CHANGES = 0.05
 """Share of the changes named over a fleet that may be false on average: the chance of any where nothing changed."""
 FEWEST_TO_SHARE_SCATTER = 5
 """Series from which what they have in common of their scatter is estimated: it is a variance of variances. By hand."""
+FEWEST_PAIRS = 20
+"""Series of two results each from which their scatter is estimated, by the median. Set by hand."""
 FIRST_RESULTS = 3
-"""Results of a joint that are its baseline where none is named, less where there are no more. Set by hand."""
+"""Results of a joint that are its baseline where none is named; less where two would not be left. Set by hand."""

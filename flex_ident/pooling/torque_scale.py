@@ -40,7 +40,10 @@ class Load:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.mass) and self.mass >= 0.0 and math.isfinite(self.x) and math.isfinite(self.y)):
-            raise UsageError(f"payload of {self.mass:g} kg at {self.x:g}, {self.y:g} m: expected a mass and a place.")
+            raise UsageError(
+                f"payload of {self.mass:g} kg at {self.x:g}, {self.y:g} m: expected a mass of 0 kg or more, and "
+                "numbers for its place."
+            )
 
     @property
     def inertia(self) -> float:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flex_ident.pooling.agreement import agreement
+from flex_ident.parameters import Parameter
+from flex_ident.pooling.agreement import Agreement, agreement
 from flex_ident.recording import Floats
 from flex_ident.recording.names import path_text
 from flex_ident.report.stored import StoredResult, stored_result
@@ -56,17 +57,34 @@ def compared(paths: Sequence[Path]) -> str:
     return "\n".join(lines)
 
 
+def joint_agreement(one: StoredResult, other: StoredResult) -> Agreement | None:
+    """Whether two results agree over all parameters that both determine; None where that cannot be judged.
+
+    Of results of one recording it cannot: their difference is no chance.
+    """
+    keys, known = _shared(one, other)
+    if not keys or one.recordings & other.recordings:
+        return None
+    difference = np.array([known[1][key].value - known[0][key].value for key in keys])
+    own = [_own_covariance(r, [p[k].std for k in keys], keys) for r, p in zip((one, other), known, strict=True)]
+    return agreement(keys, difference, own[0] + own[1])
+
+
+def _shared(one: StoredResult, other: StoredResult) -> tuple[list[str], list[dict[str, Parameter]]]:
+    """The keys of the parameters that both determine in one unit, and each one's parameters by key."""
+    known = [{p.key: p for p in r.parameters if p.identifiable and 0.0 < p.std < math.inf} for r in (one, other)]
+    keys = [key for key in known[0] if key in known[1] and known[0][key].unit == known[1][key].unit]
+    return keys, known
+
+
 def joint_text(one: StoredResult, other: StoredResult) -> str:
     """Whether two results agree over all parameters that both determine, in a sentence."""
     if one.recordings & other.recordings:
         return "of the same recording, or one that both hold: how far they differ cannot be judged by chance."
-    known = [{p.key: p for p in r.parameters if p.identifiable and 0.0 < p.std < math.inf} for r in (one, other)]
-    keys = [key for key in known[0] if key in known[1] and known[0][key].unit == known[1][key].unit]
-    if not keys:
+    keys, _ = _shared(one, other)
+    found = joint_agreement(one, other)
+    if found is None:
         return "no parameter is determined in both."
-    difference = np.array([known[1][key].value - known[0][key].value for key in keys])
-    own = [_own_covariance(r, [p[k].std for k in keys], keys) for r, p in zip((one, other), known, strict=True)]
-    found = agreement(keys, difference, own[0] + own[1])
     missing = [r for r in (one, other) if r.covariance is None]
     alone = " (errors taken as independent: there is no covariance in it)" if missing else ""
     numbers = f"chi-square {found.chi_square:.1f} over {found.freedom} (chance {found.chance:.2g})"

@@ -27,13 +27,13 @@ CAUSES = {
 def health_text(content: Mapping[str, Any]) -> str:
     """The changes, their causes, what waits for a second result, and how it was judged."""
     held = content["false_alarms"]
-    states = Counter(joint["state"] for joint in content["joints"])
-    named = (("changed", "changed"), ("unchanged", "unchanged"), ("not_judged", "not judged: too few results"))
-    lines = [", ".join(f"{states[state]} {text}" for state, text in named if states[state]) + " (joints)"]
+    total = len(content["joints"])
+    states = ", ".join(f"{count} {text}" for text, count in counted_states(content))
+    lines = [f"{total} joint{'' if total == 1 else 's'}: {states}"]
     if content["changes"]:
         lines += ["", _table(content["changes"]), ""]
         for joint in content["joints"]:
-            if "cause" in joint:
+            if joint["state"] == "changed":
                 lines.append(f"{_name(joint)}: {CAUSES[joint['cause']]}.")
     if content["to_confirm"]:
         lines += ["", "The newest result alone is off; another recording would confirm or clear it:"]
@@ -42,8 +42,37 @@ def health_text(content: Mapping[str, Any]) -> str:
         "",
         f"Baseline: {content['baseline']}. {held['comparisons']} comparisons; of the changes named no more than "
         f"{100.0 * held['rate']:.0f} % are false on average ({held['method']} over all of them).",
+        limits_text(content),
     ]
     return "\n".join(lines)
+
+
+def counted_states(content: Mapping[str, Any]) -> list[tuple[str, int]]:
+    """How many joints are in each state, in words; states without a joint are left out."""
+    states = Counter(joint["state"] for joint in content["joints"])
+    named = (
+        ("changed", "changed"), ("to_confirm", "to be confirmed"), ("unchanged", "unchanged"),
+        ("not_judged", "not judged: too few results"),
+    )  # fmt: skip
+    return [(text, states[state]) for state, text in named if states[state]]
+
+
+def smallest_rows(content: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
+    """A row a parameter: the smallest change that could have been shown, in the median and in the worst joint."""
+    return [
+        (key, f"{own['median_percent']:.2g} %", f"{own['worst_percent']:.2g} %", str(own["series"]))
+        for key, own in content["smallest"].items()
+    ]
+
+
+def limits_text(content: Mapping[str, Any]) -> str:
+    """The smallest change of the chief parameters that the archive could have shown, in a sentence."""
+    known = content["smallest"]
+    chief = [key for key in ("K", "K/JL", "J", "JL", "FVm", "FSm", "FV", "FS") if key in known]
+    if not chief:
+        return "Nothing says how small a change could have been shown."
+    said = ", ".join(f"{key} {known[key]['median_percent']:.2g} %" for key in chief)
+    return f"The smallest change that could have been shown, in the median joint: {said}. Smaller ones may be there."
 
 
 def worded(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -57,10 +86,11 @@ def _name(joint: Mapping[str, Any]) -> str:
 
 
 def _table(changes: Sequence[Mapping[str, Any]]) -> str:
-    return text_table(HEADER, [_row(change) for change in changes], right=(3, 4, 6, 7, 8))
+    return text_table(HEADER, [change_row(change) for change in changes], right=(3, 4, 6, 7, 8))
 
 
-def _row(change: Mapping[str, Any]) -> tuple[str, ...]:
+def change_row(change: Mapping[str, Any]) -> tuple[str, ...]:
+    """A row of `HEADER` for a change."""
     low, high = change["ci95"]
     half = (high - low) / 2.0
     share, chance = change["change_percent"], change["chance"]

@@ -56,20 +56,16 @@ class JoinedResult:
 def several_content(joined: JoinedResult) -> dict[str, Any]:
     """The content of `result.json` (schema flex_ident/result/1)."""
     found = joined.found
-    hashes = "".join(recording.sha256 for recording in joined.recordings)
     content: dict[str, Any] = {
         "schema": schemas.RESULT, "flex_ident_version": __version__, "joint": joined.joint,
-        "bag": {
-            "path": ", ".join(recording.path for recording in joined.recordings),
-            "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
-        },
+        "bag": bag_content(joined.recordings),
         "sensors": joined.sensors, "method": METHOD, "verdict": found.verdict,
         "parameters": parameters_content(found.parameters),
         "covariance": covariance_content(found.covariance),
         "fit": {"samples": sum(result.fit.samples for result in joined.results)},
-        "recordings": [_recording(joined, i) for i in range(len(joined.results))],
+        "recordings": [recording_content(joined, i) for i in range(len(joined.results))],
         "left_out": [{"name": n.subject, "why": n.case} for n in joined.left_out],
-        "scatter": {key: _scatter(found, k) for k, key in enumerate(found.given.keys)},
+        "scatter": {key: scatter_content(found, k) for k, key in enumerate(found.given.keys)},
         "warnings": [warning_content(n) for n in found.notices],
     }  # fmt: skip
     if found.scale is not None:
@@ -77,7 +73,17 @@ def several_content(joined: JoinedResult) -> dict[str, Any]:
     return content
 
 
-def _recording(joined: JoinedResult, i: int) -> dict[str, Any]:
+def bag_content(recordings: Sequence[Recording]) -> dict[str, Any]:
+    """Path and hash of a set: those of all of its recordings."""
+    hashes = "".join(recording.sha256 for recording in recordings)
+    return {
+        "path": ", ".join(recording.path for recording in recordings),
+        "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
+    }
+
+
+def recording_content(joined: JoinedResult, i: int) -> dict[str, Any]:
+    """What is said of recording `i` of a set."""
     found, result, recording = joined.found, joined.results[i], joined.recordings[i]
     member = found.members[i]
     apart = next((own for own in found.disagreements if own.index == i), None)
@@ -101,7 +107,8 @@ def weights(found: Several, i: int) -> dict[str, float]:
     return result
 
 
-def _scatter(found: Several, k: int) -> dict[str, Any]:
+def scatter_content(found: Several, k: int) -> dict[str, Any]:
+    """How parameter number `k` scatters between the recordings."""
     own = found.pooled[k]
     cause = next((c for c in found.causes if c.key == found.given.keys[k]), None)
     size = found.multiplied * own.scatter

@@ -70,6 +70,17 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
         "{two_std:.2g} {unit} (2σ). Look at each by itself, and leave out what does not belong (--leave-out BAG)."
     ),
     Code.FEW_RECORDINGS: few_recordings,
+    Code.EFFECT_NOT_SHARED: {
+        "contradicted": "{effect} was found in {found} alone, and is contradicted by {against}: it is not accepted.",
+        "unconfirmed": "{effect} was found in {found} alone, and no other recording can tell: it is not accepted.",
+        "values_differ": (
+            "{effect} was found in {found}, each time of another size: with the values of the others the gap does not "
+            "fall in {against}. It is not accepted as one of the joint."
+        ),
+    },
+    Code.EFFECT_CONTRADICTED: (
+        "{subject} is predicted worse with {effect} as the others have it; they confirm it, and it is accepted."
+    ),
     Code.JOINT_NAMES_DIFFER: "the joint has different names in the recordings: {joints}.",
     Code.TORQUE_SCALE: turned,
     Code.TORQUE_SCALE_UNKNOWN: {

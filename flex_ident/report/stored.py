@@ -91,6 +91,11 @@ def stored_result(path: Path) -> StoredResult:
         content = json_document(file)
     except ConfigurationError as error:
         raise DataError(str(error)) from error
+    return result_in(content, file)
+
+
+def result_in(content: Any, file: Path) -> StoredResult:
+    """The result in the content of a `result.json` or `gap.json`, read from `file`. Raises DataError."""
     shown = path_text(file)
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema not in (schemas.RESULT, schemas.GAP):

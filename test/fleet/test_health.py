@@ -12,6 +12,7 @@ from flex_ident.commands.flex_ident import main
 from flex_ident.errors import DataError
 from flex_ident.fleet.causes import Cause, probable_cause
 from flex_ident.fleet.health import fleet_health
+from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row, common_row, result_row
 from flex_ident.report.health_table import CAUSES, health_text
 
@@ -104,8 +105,57 @@ def test_causes(changes: dict[str, float], temperature: bool, cause: Cause) -> N
     assert set(CAUSES) == set(Cause)
 
 
+@pytest.mark.parametrize(
+    ("changes", "cause"),
+    [
+        ({"K/JL": -0.05}, Cause.TRANSMISSION), ({"K/JL": -0.05, "K": -0.05}, Cause.TRANSMISSION),
+        ({"K/JL": -0.2, "JL/Jm": 0.2}, Cause.PAYLOAD), ({"K/JL": -0.2, "JL": 0.2}, Cause.PAYLOAD),
+    ],
+)  # fmt: skip
+def test_a_ratio_is_put_down_to_the_parameter_that_changes_it(changes: dict[str, float], cause: Cause) -> None:
+    own = {key: (change, 0.01) for key, change in changes.items()}
+    assert probable_cause(own, {"K", "JL", "Jm", *changes}) is cause
+
+
+def test_ratios_go_by_the_covariance() -> None:
+    known = {"K": (1e4, 100.0, "N m/rad"), "JL": (2.0, 0.02, "kg m^2")}
+    matrix = [[1e4, 1.98], [1.98, 4e-4]]  # correlated by 0.99
+    found = ratios(known, json.dumps({"keys": ["K", "JL"], "matrix": matrix}))
+    assert list(found) == ["K/JL"]
+    value, std, unit = found["K/JL"]
+    assert (value, unit) == (5000.0, "1/s^2")
+    assert std == pytest.approx(5000.0 * 0.01 * np.sqrt(2.0 * (1.0 - 0.99)))
+    assert ratios(known, None) == {}
+
+
+def test_pairs_of_results_are_judged_by_the_fleet_and_wait_for_a_third() -> None:
+    content = fleet_health(made_up(40, 2, changed={"K": 0.7}, since=1))
+    assert content["changes"] == []
+    assert [(own["robot"], own["parameter"]) for own in content["to_confirm"]] == [("arm 0", "K")]
+    [joint] = [own for own in content["joints"] if own["state"] == "to_confirm"]
+    assert joint["cause"] == Cause.TRANSMISSION
+    with pytest.raises(DataError, match="twenty"):
+        fleet_health(made_up(10, 2))
+
+
+@pytest.mark.parametrize("results", [3, 4])
+def test_two_results_are_left_behind_the_baseline(results: int) -> None:
+    content = fleet_health(made_up(40, results, changed={"K": 0.7}, since=results - 2))
+    assert [(own["robot"], own["parameter"]) for own in content["changes"]] == [("arm 0", "K")]
+
+
+def test_the_smallest_change_that_could_be_shown_is_found_about_as_often_as_is_said() -> None:
+    smallest = fleet_health(made_up(60, seed=50))["smallest"]["K"]["median_percent"]
+    assert 5.0 < smallest < 15.0
+    for share, least, most in ((1.0, 15, 20), (0.4, 0, 8)):
+        factor = 1.0 - share * smallest / 100.0
+        found = [fleet_health(made_up(60, seed=seed, changed={"K": factor}, since=3))["changes"] for seed in range(20)]
+        count = sum(any((own["robot"], own["parameter"]) == ("arm 0", "K") for own in changes) for changes in found)
+        assert least <= count <= most, share
+
+
 def test_what_cannot_be_compared_is_refused() -> None:
-    with pytest.raises(DataError, match="nothing can be compared"):
+    with pytest.raises(DataError, match="nothing can be compared: 1 joint, and it has not"):
         fleet_health(made_up(1, 1))
     with pytest.raises(DataError, match="tags: first"):
         fleet_health(made_up(), "last")
@@ -126,5 +176,10 @@ def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.Ca
     assert ["stiffness fell" in own["cause_text"] for own in said["joints"] if "cause" in own] == [True]
     assert main(["health", str(tmp_path / "worn")]) == 4
     assert "arm 0" in capsys.readouterr().out
+    assert main(["health", str(tmp_path / "worn"), "--out", str(tmp_path / "page")]) == 4
+    page = (tmp_path / "page" / "report.html").read_text()
+    assert page.count("data:image/png") == 6
+    assert "smallest change" in page
+    assert json.loads((tmp_path / "page" / "health.json").read_text())["smallest"]["K"]["series"] == 6
     assert main(["health", str(tmp_path / "none")]) == 3
     assert "no archive" in capsys.readouterr().err

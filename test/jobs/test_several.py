@@ -136,6 +136,7 @@ def test_a_known_mass_gives_the_scale(bags: Path, tmp_path: Path, capsys: pytest
         (("a", "b"), ("--leave-out", "x"), 2, "--leave-out x: is none of the recordings: a, b"),
         (("a", "b"), ("--payload", "x=1@1"), 2, "none of the recordings"),
         (("a", "b"), ("--payload", "heavy"), 2, "expected [BAG=]MASS@X[,Y]"),
+        (("a", "b"), ("--payload", "-3@0.4"), 2, "expected a mass of 0 kg or more"),
         (("a", "b"), ("--joint", "all"), 2, "one joint"),
         (("a", "b"), ("--leave-out", "b"), 3, "1 of 2 recordings can be used"),
         (("a", "broken"), (), 3, "1 of 2 recordings can be used"),
