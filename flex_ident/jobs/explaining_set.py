@@ -24,7 +24,7 @@ from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_e
 from flex_ident.jobs.options import gap_options
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
-from flex_ident.jobs.sets import below, left_out, one_folder, recording_names, texts_of, told_of
+from flex_ident.jobs.sets import below, left_out, noted_copy, one_folder, recording_names, texts_of, told_of
 from flex_ident.jobs.several import joined_result, usable
 from flex_ident.jobs.shared_effects import base_values, carried_from_others, its_own
 from flex_ident.notices import Code, Notice
@@ -85,6 +85,11 @@ def finished_gap_set(
         except DataError as error:
             first_error = first_error or error
             notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "failed", "why": str(error)}))
+            continue
+        copied = noted_copy(name, done[i].recording, {names[j]: own.recording for j, own in done.items() if j != i})
+        if copied is not None:
+            notices.append(copied)
+            del done[i]
     used = usable({i: _judged(own.raw) for i, own in done.items()}, names, notices, first_error)
     recordings = [done[i].recording for i in used]
     shared = SecondStage([names[i] for i in used], recordings, [done[i].raw for i in used], options, progress)

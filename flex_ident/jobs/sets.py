@@ -9,6 +9,8 @@ from pathlib import Path
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.jobs.places import Place, bag_name
+from flex_ident.notices import Code, Notice
+from flex_ident.recording import Recording
 from flex_ident.report.folder import folder_name
 
 Progress = Callable[[str, float], None]
@@ -37,6 +39,15 @@ def recording_names(bags: Sequence[Path]) -> tuple[list[str], list[tuple[str, ..
         for name, own, bag in zip(names, short, bags, strict=True)
     ]
     return names, known
+
+
+def noted_copy(name: str, recording: Recording, others: Mapping[str, Recording]) -> Notice | None:
+    """That a recording is the same file as one of the others, by its content, under another name; None where it is not:
+    a copy would make an interval narrower that holds nothing new."""
+    for other, known in others.items():
+        if recording.sha256 and recording.sha256 == known.sha256 and recording.joint == known.joint:
+            return Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "copy", "of": other})
+    return None
 
 
 def set_name(bags: Sequence[Path]) -> str:

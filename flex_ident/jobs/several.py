@@ -13,7 +13,7 @@ from flex_ident.errors import DataError, UsageError
 from flex_ident.jobs.identifying import FinishedIdentification, Progress, finished_identification
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
-from flex_ident.jobs.sets import below, left_out, one_folder, recording_names, texts_of, told_of
+from flex_ident.jobs.sets import below, left_out, noted_copy, one_folder, recording_names, texts_of, told_of
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Covariance, Identification
 from flex_ident.parameters.current import in_amperes, is_current, notices_in_amperes, parameter_in_amperes
@@ -71,6 +71,11 @@ def finished_set(
         except DataError as error:
             first_error = first_error or error
             notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "failed", "why": str(error)}))
+            continue
+        copied = noted_copy(name, done[i].recording, {names[j]: own.recording for j, own in done.items() if j != i})
+        if copied is not None:
+            notices.append(copied)
+            del done[i]
     results = {i: own.result for i, own in done.items()}
     used = usable(results, names, notices, first_error)
     joined = joined_result(

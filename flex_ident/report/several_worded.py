@@ -37,6 +37,7 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.RECORDING_LEFT_OUT: {
         "asked": "{subject} was left out, as you say.",
         "failed": "{subject} was left out, it cannot be identified: {why}",
+        "copy": "{subject} was left out: it is a copy of {of}, and each recording counts once.",
         "rejected": "{subject} was left out: by itself it is rejected.",
         "other_model": "{subject} was left out: it was identified as a {model} joint, and most others were not.",
     },

@@ -127,6 +127,15 @@ def test_a_known_mass_gives_the_scale(bags: Path, tmp_path: Path, capsys: pytest
     assert not content["parameters"]["J"]["identifiable"]
 
 
+def test_a_copy_under_another_name_counts_once(bags: Path, tmp_path: Path) -> None:
+    shutil.copytree(bags / "a", tmp_path / "later")
+    assert run(bags / "a", bags / "b", tmp_path / "later", "--out", tmp_path / "out", "--quiet") == 0
+    content = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert [r["name"] for r in content["recordings"]] == ["a", "b"]
+    said = next(w["message"] for w in content["warnings"] if w["code"] == "recording_left_out")
+    assert said.startswith("later was left out: it is a copy of a")
+
+
 @pytest.mark.parametrize(
     ("names", "options", "status", "text"),
     [
