@@ -15,6 +15,7 @@ from flex_ident.effects.iron_saturation import IRON_SATURATION
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
+from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
@@ -54,6 +55,7 @@ CATALOGUE: dict[str, Effect] = {
         SECOND_MODE,
         PRESLIDING_FRICTION,
         MOUNT_MODE,
+        MOTOR_FRICTION_CURVE,
     )
 }
 
@@ -70,6 +72,11 @@ def parameter_named(key: str) -> EffectParameter:
     """The parameter of a flat key, `effect.name`. Raises ConfigurationError on an effect, KeyError on a parameter."""
     effect, name = key_parts(key)
     return effect_named(effect or key).parameter(name)
+
+
+def is_fixed(key: str) -> bool:
+    """Whether a flat key is given and never fitted. Raises ConfigurationError on an effect, KeyError on a parameter."""
+    return key_parts(key)[0] is not None and parameter_named(key).fixed
 
 
 def trade_error(key: str, values: Mapping[str, float]) -> float:
@@ -92,3 +99,6 @@ def check_effect_parameters(name: str, parameters: dict[str, float]) -> None:
         if not known[key].lower <= value <= known[key].upper:
             text, p = key_text(name, key), known[key]
             raise ConfigurationError(f"{text} is {value}: expected {p.lower} to {p.upper} {p.unit}.")
+    why = effect.curve.complaint(parameters) if effect.curve is not None else ""
+    if why:
+        raise ConfigurationError(f"effect {name} {why}.")

@@ -198,7 +198,7 @@ def refined(
         _refuse_runaway(problem, values)
         whitenings, state = solver.whitenings(values), done < STATE_ROUNDS
         fit = solver.finished(
-            (*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance, state=state
+            tuple(dict.fromkeys((*keys, *priors))), values, whitenings, iterations=iterations, tolerance=tolerance, state=state
         )
         moved = np.array([fit.values[k] - values.get(k, np.inf) for k in fit.free])
         values = fit.values
@@ -220,7 +220,7 @@ def rough_values(
     """The fit over `keys` and the nuisances that any model can tell, weighted by all that is left; `step` is called
     after each round. Raises ExcitationError."""
     rough = SimulationFit(problem, priors=priors)
-    few = (*keys, *(k for k in priors if k not in LATER))
+    few = tuple(dict.fromkeys((*keys, *(k for k in priors if k not in LATER))))
     values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
     for iterations, tolerance in FIRST_ROUNDS:
         _refuse_runaway(problem, values)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from flex_ident.effects import is_fixed
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import (
@@ -234,7 +235,7 @@ def base_start(
     start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
     if kind == JOINT_SENSOR:
         given = {k: v for k, v in given.items() if k not in MOTOR_KEYS}
-    return tuple(dict.fromkeys((*keys, *given))), start
+    return tuple(dict.fromkeys((*keys, *(k for k in given if not is_fixed(k))))), start
 
 
 def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: float | None) -> dict[str, float] | None:

@@ -41,3 +41,11 @@ OWN_ERROR = 1e-3
 """Change of the prediction, relative, that the method's own error may make."""
 WORTH_ANOTHER = 0.8
 """Share of the cost that such a round must leave at most for another to follow."""
+MOST_CURVES = 2
+"""Laws that are measured as curves, at most: of what is left after two a third would tell little."""
+CURVE_COUNTS = (4, 8)
+"""Points of a curve, at most, in each direction of motion, or twice as many over a range; each number is tried."""
+CURVE_EDGE = 0.005
+"""Share of the samples beyond the last point of a curve."""
+CURVE_SECONDS = 0.1
+"""Time that the recording must spend around each point."""

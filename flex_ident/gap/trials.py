@@ -25,7 +25,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
-from flex_ident.screening.sketching import extended_solver, raced
+from flex_ident.screening.sketching import effects_in, extended_solver, raced
 
 ITERATIONS = 10
 ROUNDS = 6
@@ -124,8 +124,18 @@ def deepened(trial: Trial, before: Fit, own_error: float) -> Trial:
 def without(solver: SteadyFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
     """The model of a fit refitted with only some of its effects, on the free keys of the base."""
     reduced, keys = extended_solver(solver, base, *kept)
-    values = {k: v for k, v in fit.values.items() if k in keys or effect_in(k) is None}
+    values = values_with(fit.values, keys)
     return reduced.solve(keys, values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+
+
+def values_with(values: Mapping[str, float], keys: Sequence[str]) -> dict[str, float]:
+    """The values of the base, of the effects' `keys`, and where the points of their curves lie."""
+    there = effects_in(keys)
+    return {k: v for k, v in values.items() if k in keys or effect_in(k) is None or _fixed_in(k, there)}
+
+
+def _fixed_in(key: str, effects: Sequence[str]) -> bool:
+    return effect_in(key) in effects and parameter_named(key).fixed
 
 
 def closed_share(solver: SteadyFit, before: Fit, after: Fit) -> tuple[float, float, float]:

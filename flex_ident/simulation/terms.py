@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -143,6 +144,12 @@ class Term(IntEnum):
     """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
+    # laws as tables: how many points there are, where they lie, and the torque at each
+    _ignore_ = "_n"
+    FRICTION_CURVE_POINTS = "motor", False, "FRICTION_CURVE_TORQUE_1"
+    for _n in range(1, 17):
+        vars()[f"FRICTION_CURVE_SPEED_{_n}"] = "motor", False, f"FRICTION_CURVE_TORQUE_{_n}"
+        vars()[f"FRICTION_CURVE_TORQUE_{_n}"] = "motor", True
 
     @property
     def moves_link(self) -> bool:
@@ -164,6 +171,32 @@ RIPPLES, KINEMATIC_ERRORS = (
     )
 )  # fmt: skip
 """Amplitude, cycles a turn and phase of each harmonic of the ripple, and of the transmission error."""
+
+MOST_POINTS = 16
+"""Of a law that is a table."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The terms of a law that is a table: the number of its points, where they lie, and the torque at each."""
+
+    points: Term
+    at: tuple[Term, ...]
+    torque: tuple[Term, ...]
+
+    def of(self, terms: Floats) -> tuple[Floats, Floats]:
+        """Where the points of a vector of terms lie (k,), and the torque at each (k,), N m; none of no law."""
+        count = int(terms[self.points])
+        return terms[list(self.at[:count])], terms[list(self.torque[:count])]
+
+
+def _table(curve: str, at: str) -> Table:
+    numbers = range(1, MOST_POINTS + 1)
+    points, torques = ([Term[f"{curve}_{what}_{n}"] for n in numbers] for what in (at, "TORQUE"))
+    return Table(Term[f"{curve}_POINTS"], tuple(points), tuple(torques))
+
+
+FRICTION_CURVE = _table("FRICTION_CURVE", "SPEED")
 
 GRAVITY = 9.81
 """Acceleration of gravity, m/s^2, that turns first moments (kg m) into torque."""

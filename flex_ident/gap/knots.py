@@ -1,0 +1,54 @@
+"""Where the points of a measured curve lie: few, closer together where the law may bend most, none without data."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flex_ident.gap.thresholds import CURVE_EDGE, CURVE_SECONDS
+from flex_ident.likelihood.problem import FitProblem
+from flex_ident.recording import Floats
+
+CLOSER = 2.0
+"""Power of the points' spacing over speed: friction bends most where it is slow."""
+
+
+def speed_points(problem: FitProblem, count: int) -> Floats:
+    """Velocities (k,), rad/s, at most `count` in each direction, each with time of its own around it."""
+    velocity = problem.motion.velocity[_kept(problem)]
+    sides = []
+    for sign in (-1.0, 1.0):
+        speed = sign * velocity[sign * velocity > problem.resolution]
+        if speed.size < 2:
+            continue
+        fastest = float(np.quantile(speed, 1.0 - CURVE_EDGE))
+        steps: Floats = (np.arange(count) + 0.5) / (count - 0.5)
+        sides.append(np.sort(sign * _held(fastest * steps**CLOSER, speed, problem)))
+    return np.concatenate(sides) if sides else np.zeros(0)
+
+
+def range_points(problem: FitProblem, values: Floats, count: int) -> Floats:
+    """Points (k,), at most `count`, evenly over the range that `values` (n,) of the recording's samples run through."""
+    there = values[_kept(problem)]
+    low, high = np.quantile(there, (CURVE_EDGE, 1.0 - CURVE_EDGE))
+    return _held(np.linspace(low, high, count), there, problem) if high > low else np.zeros(0)
+
+
+def _kept(problem: FitProblem) -> NDArray[np.bool_]:
+    """The recording's samples that are compared, as a mask (n,)."""
+    n = problem.motion.velocity.size
+    mask = np.repeat(problem.usable, problem.decimation)[:n]
+    return np.concatenate((mask, np.zeros(n - mask.size, bool)))
+
+
+def _held(points: Floats, values: Floats, problem: FitProblem) -> Floats:
+    """Those of increasing points (k,) around which `values` lie for long enough, the first left out first."""
+    least = CURVE_SECONDS * problem.recording.sample_rate_hz
+    kept = points
+    while kept.size >= 2:
+        edges = np.concatenate(([-np.inf], 0.5 * (kept[1:] + kept[:-1]), [np.inf]))
+        few = np.flatnonzero(np.histogram(values, edges)[0] < least)
+        if not few.size:
+            return kept
+        kept = np.delete(kept, few[0])
+    return np.zeros(0)
