@@ -15,12 +15,14 @@ from flex_ident.effects.iron_saturation import IRON_SATURATION
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
+from flex_ident.effects.motor_angle_curve import MOTOR_ANGLE_CURVE
 from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
+from flex_ident.effects.spring_curve import SPRING_CURVE_EFFECT
 from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
 from flex_ident.effects.time_delay import TIME_DELAY
 from flex_ident.effects.torque_droop import TORQUE_DROOP
@@ -56,6 +58,8 @@ CATALOGUE: dict[str, Effect] = {
         PRESLIDING_FRICTION,
         MOUNT_MODE,
         MOTOR_FRICTION_CURVE,
+        MOTOR_ANGLE_CURVE,
+        SPRING_CURVE_EFFECT,
     )
 }
 

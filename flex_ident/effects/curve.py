@@ -9,6 +9,7 @@ import numpy as np
 
 from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
+from flex_ident.simulation.curves import curve, one_for_each_direction
 from flex_ident.simulation.terms import BASE_TERMS, MOST_POINTS, RIGID_TERMS, Table, Term
 
 SPREAD = 0.3
@@ -42,13 +43,25 @@ class Curve:
     table: Table
     held: Mapping[Term, Callable[[Floats], Floats]]
     contains: tuple[str, ...] = ()
+    shown: tuple[Term, ...] = ()
+    """Those of `held` that belong to the law as it is drawn and read; what the others can do is taken out of it."""
     each_direction: bool = False
     """Two curves, one for each direction of motion: they meet nowhere."""
 
     def held_by(self, keys: Collection[str], at: Floats, *, rigid: bool) -> dict[str, Floats]:
-        """Those of the keys that are base keys and do a part of the curve: the torque (k,) of each over points (k,)."""
+        """Those of the keys that are base keys and do a part of the curve: the torque (k,) of each over points (k,).
+
+        What acts on the link does so at another angle than the motor's, unless the joint is rigid.
+        """
         terms = (RIGID_TERMS if rigid else BASE_TERMS).items()
-        return {k: factor * self.held[term](at) for k, (term, factor) in terms if k in keys and term in self.held}
+        here = [(k, term, factor) for k, (term, factor) in terms if k in keys and term in self.held]
+        return {k: f * self.held[term](at) for k, term, f in here if rigid or term.side == self.table.points.side}
+
+    def law(self, at: Floats, torque: Floats, where: Floats) -> Floats:
+        """The torque (n,) of the table (k,) at `where` (n,), N m."""
+        if self.each_direction:
+            return one_for_each_direction(at, torque, where, np.sign(where))
+        return curve(at, torque, where)
 
     def points_in(self, values: Mapping[str, float]) -> tuple[int, ...]:
         """Numbers of the points among the effect's own parameters."""

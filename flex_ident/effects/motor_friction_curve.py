@@ -19,6 +19,7 @@ CURVE = Curve(
     table=FRICTION_CURVE,
     held={Term.MOTOR_COULOMB: np.sign, Term.MOTOR_VISCOUS: line, Term.OFFSET: level},
     contains=("stribeck_friction", "viscous_asymmetry", "viscous_nonlinearity", "torque_offset"),
+    shown=(Term.MOTOR_COULOMB, Term.MOTOR_VISCOUS),
     each_direction=True,
 )
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, Effect, Probe
+from flex_ident.effects.curve import Curve
 from flex_ident.errors import ExcitationError
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Accepted, Search
@@ -19,6 +20,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver
 
@@ -29,7 +31,8 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
     A curve takes the place of the named laws that are functions of the same variable, and must close much of what they
     leave. Each number of points pays its own price.
     """
-    curves = [e for e in CATALOGUE.values() if e.curve is not None and (not options.effects or e.name in options.effects)]
+    wanted = options.effects or CATALOGUE
+    curves = [e for e in CATALOGUE.values() if e.curve is not None and e.name in wanted]
     for _ in range(MOST_CURVES):
         left = remainder(search.solver, search.fit)
         if not left.structured(left.gap):
@@ -93,10 +96,22 @@ def curve_candidates(effect: Effect, problem: FitProblem, values: Mapping[str, f
         return
     tried: set[int] = set()
     for count in CURVE_COUNTS:
-        at = speed_points(problem, count) if curve.each_direction else range_points(problem, problem.motion.position, 2 * count)
+        at = _points(curve, problem, values, count)
         if at.size < 4 or at.size in tried:
             continue
         tried.add(at.size)
         parameters = curve.parameters_of(at, np.zeros(at.size))
         scaled = tuple(k for k in parameters if not effect.parameter(k).fixed)
         yield Candidate(effect.name, Probe((parameters,), scaled, one_sided=False, smooth=True))
+
+
+def _points(curve: Curve, problem: FitProblem, values: Mapping[str, float], count: int) -> Floats:
+    """Where at most `count` points lie in each direction, or twice as many over the range."""
+    if curve.each_direction:
+        return speed_points(problem, count)
+    there = problem.motion.position
+    if curve.table.points.side == "spring":
+        link = problem.link_response_of(values)
+        assert link is not None
+        there = there - link.position
+    return range_points(problem, there, 2 * count)

@@ -14,6 +14,7 @@ from flex_ident.estimation.identified import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
 from flex_ident.gap.found import Accepted, Search
+from flex_ident.gap.measured import measured_curve
 from flex_ident.gap.thresholds import PERIODS
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_parts
@@ -41,6 +42,7 @@ def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Esti
         also_considered=others,
         indistinguishable_from=accepted.ties,
         experiment=effect.separated_by if accepted.ties else "",
+        curve=measured_curve(estimate, trial.effect),
     )
 
 

@@ -22,7 +22,7 @@ def speed_points(problem: FitProblem, count: int) -> Floats:
         if speed.size < 2:
             continue
         fastest = float(np.quantile(speed, 1.0 - CURVE_EDGE))
-        steps: Floats = (np.arange(count) + 0.5) / (count - 0.5)
+        steps: Floats = np.linspace(0.5 / (count - 0.5), 1.0, count)
         sides.append(np.sort(sign * _held(fastest * steps**CLOSER, speed, problem)))
     return np.concatenate(sides) if sides else np.zeros(0)
 

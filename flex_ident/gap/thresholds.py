@@ -49,3 +49,6 @@ CURVE_EDGE = 0.005
 """Share of the samples beyond the last point of a curve."""
 CURVE_SECONDS = 0.1
 """Time that the recording must spend around each point."""
+CURVE_BEND = 0.05
+"""Share of a point's distance from the line between its neighbours that counts as the curve's error there, one standard
+deviation: a cubic follows what bends evenly, not what bends once more between two points."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flex_ident.recording import Floats
+from flex_ident.simulation.compiled import compiled
 
 
 def point_slopes(at: Floats, torque: Floats) -> Floats:
@@ -42,6 +43,15 @@ def curve(at: Floats, torque: Floats, where: Floats) -> Floats:
     return value
 
 
+def bend(at: Floats, torque: Floats) -> Floats:
+    """How far (k,) each torque lies off the straight line between its neighbours; at the ends as next to them."""
+    if at.size < 3:
+        return np.zeros(at.size)
+    part = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
+    inner = np.abs(torque[1:-1] - torque[:-2] - part * (torque[2:] - torque[:-2]))
+    return np.concatenate((inner[:1], inner, inner[-1:]))
+
+
 def one_for_each_direction(speed: Floats, torque: Floats, velocity: Floats, share: Floats) -> Floats:
     """Friction torque (n,), N m, of a curve of its own for each direction, at velocities (n,).
 
@@ -55,3 +65,36 @@ def one_for_each_direction(speed: Floats, torque: Floats, velocity: Floats, shar
         if side.any():
             found += acting * curve(speed[side], torque[side], velocity)
     return found
+
+
+@compiled
+def tabulated(p: Floats, points: int, where: float) -> float:
+    """Torque, N m, of one table of a vector of terms at `where`, as `curve` has it; `points` is the index of its number
+    of points, after which each point's place and torque follow."""
+    count, first = int(p[points]), points + 1
+    last = first + 2 * (count - 1)
+    if where <= p[first] or count == 1:
+        return float(p[first + 1])
+    if where >= p[last]:
+        return float(p[last + 1])
+    i = first
+    while i + 2 < last and p[i + 2] <= where:
+        i += 2
+    width = p[i + 2] - p[i]
+    rise = (p[i + 3] - p[i + 1]) / width
+    left = right = rise
+    if i > first:
+        before = p[i] - p[i - 2]
+        slope = (p[i + 1] - p[i - 1]) / before
+        left = (width * slope + before * rise) / (width + before)
+    if i + 2 < last:
+        after = p[i + 4] - p[i + 2]
+        slope = (p[i + 5] - p[i + 3]) / after
+        right = (width * slope + after * rise) / (width + after)
+    if i == first:
+        left = 2.0 * rise - right
+    if i + 2 == last:
+        right = 2.0 * rise - left
+    s = (where - p[i]) / width
+    value = p[i + 1] + s * s * (3.0 - 2.0 * s) * (p[i + 3] - p[i + 1])
+    return float(value + width * s * (1.0 - s) * ((1.0 - s) * left - s * right))

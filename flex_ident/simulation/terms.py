@@ -145,11 +145,12 @@ class Term(IntEnum):
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
     # laws as tables: how many points there are, where they lie, and the torque at each
-    _ignore_ = "_n"
-    FRICTION_CURVE_POINTS = "motor", False, "FRICTION_CURVE_TORQUE_1"
-    for _n in range(1, 17):
-        vars()[f"FRICTION_CURVE_SPEED_{_n}"] = "motor", False, f"FRICTION_CURVE_TORQUE_{_n}"
-        vars()[f"FRICTION_CURVE_TORQUE_{_n}"] = "motor", True
+    _ignore_ = "_law _side _n"
+    for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):
+        vars()[f"{_law}_CURVE_POINTS"] = _side, False, f"{_law}_CURVE_TORQUE_1"
+        for _n in range(1, 17):
+            vars()[f"{_law}_CURVE_AT_{_n}"] = _side, False, f"{_law}_CURVE_TORQUE_{_n}"
+            vars()[f"{_law}_CURVE_TORQUE_{_n}"] = _side, True
 
     @property
     def moves_link(self) -> bool:
@@ -190,13 +191,13 @@ class Table:
         return terms[list(self.at[:count])], terms[list(self.torque[:count])]
 
 
-def _table(curve: str, at: str) -> Table:
-    numbers = range(1, MOST_POINTS + 1)
-    points, torques = ([Term[f"{curve}_{what}_{n}"] for n in numbers] for what in (at, "TORQUE"))
-    return Table(Term[f"{curve}_POINTS"], tuple(points), tuple(torques))
+def _table(curve: str) -> Table:
+    at, torque = ([Term[f"{curve}_{what}_{n + 1}"] for n in range(MOST_POINTS)] for what in ("AT", "TORQUE"))
+    return Table(Term[f"{curve}_POINTS"], tuple(at), tuple(torque))
 
 
-FRICTION_CURVE = _table("FRICTION_CURVE", "SPEED")
+FRICTION_CURVE, ANGLE_CURVE, SPRING_CURVE = (_table(f"{law}_CURVE") for law in ("FRICTION", "ANGLE", "SPRING"))
+"""Motor friction over velocity, rad/s; torque over the motor's angle and of the spring over its deflection, rad."""
 
 GRAVITY = 9.81
 """Acceleration of gravity, m/s^2, that turns first moments (kg m) into torque."""
