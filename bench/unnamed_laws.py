@@ -45,11 +45,13 @@ LAWS = {
     **{f"angle:{name}": {"angle_law": float(i)} for i, name in enumerate(ANGLE) if name},
     **{f"spring:{name}": {"spring_law": float(i)} for i, name in enumerate(SPRING) if name},
 }  # fmt: skip
+LARGER = {"friction:root": 3.0, "friction:levelling_off": 4.0, "friction:two_valleys": 2.0}
+"""Of those that a straight line takes most of: without it what is left of them is no more than noise."""
 
 
 def hidden_in(law: str, rng: np.random.Generator) -> Joint:
     """The cobot's joint with one law in it, its size and scale drawn."""
-    size = float(rng.uniform(0.7, 1.4))
+    size = float(rng.uniform(0.7, 1.4)) * LARGER.get(law, 1.0)
     changed = {
         "friction": {"friction_size": 4.0 * size, "friction_speed": 0.5 * float(rng.uniform(0.7, 1.4))},
         "angle": {

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.effects import is_fixed
+from flex_ident.effects import is_fixed, key_named
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import (
@@ -306,6 +306,7 @@ def identification_of(
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
             notices.insert(0, Notice(code, "motor_torque"))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
+    placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
     notices += [rigid_link] if rigid_link is not None else []
     for group in estimate.uncertainty.undetermined:
@@ -320,7 +321,7 @@ def identification_of(
         sensors=sensors,
         method=method,
         verdict=verdict,
-        parameters=parameters,
+        parameters=(*parameters, *placed),
         combined=ratios(estimate, parameters) if is_current(recording.notices) else (),
         fit=FitQuality(
             samples=int(rows.sum()),

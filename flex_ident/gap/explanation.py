@@ -70,6 +70,8 @@ class Finding:
     experiment: str = ""
     curve: MeasuredCurve | None = None
     """The law as it was measured, of an effect that is a table."""
+    reading: str = ""
+    """That law in words."""
 
 
 @dataclass(frozen=True)

@@ -52,3 +52,9 @@ CURVE_SECONDS = 0.1
 CURVE_BEND = 0.05
 """Share of a point's distance from the line between its neighbours that counts as the curve's error there, one standard
 deviation: a cubic follows what bends evenly, not what bends once more between two points."""
+IN_BAND = 0.95
+"""Share of a curve's length at which a named law must lie within the band to be what it looks like."""
+ALIKE = 0.01
+"""Share of the largest torque of a curve by which a law may miss it where the band is narrower than that."""
+NOTHING = 0.02
+"""Share of the largest torque of a curve under which a part of a law is not worth a word."""
