@@ -17,6 +17,7 @@ CURVE = Curve(
     table=SPRING_CURVE,
     held={Term.STIFFNESS: line},
     contains=("nonlinear_stiffness",),
+    anchored=True,
 )
 
 
@@ -27,7 +28,7 @@ def _probes(_: Scales) -> Iterator[Probe]:
 SPRING_CURVE_EFFECT = Effect(
     name="spring_curve",
     summary="torque of the spring over deflection that is no law of the catalogue, as a measured curve",
-    equation="a cubic through torque_n at deflection_n, added to tau",
+    equation="a cubic through torque_n at deflection_n, less what it is at no deflection, added to tau",
     parameters=points(CURVE, "deflection"),
     probes=_probes,
     curve=CURVE,

@@ -20,6 +20,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.likelihood.thresholds import STRUCTURE
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver
@@ -35,7 +36,7 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
     curves = [e for e in CATALOGUE.values() if e.curve is not None and e.name in wanted]
     for _ in range(MOST_CURVES):
         left = remainder(search.solver, search.fit)
-        if not left.structured(left.gap):
+        if left.gap <= STRUCTURE * left.floor:
             break
         best: tuple[Search, Trial] | None = None
         for effect in curves:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.effects.curve import TORQUE
+from flex_ident.effects.curve import NOBODY, TORQUE
 from flex_ident.parameters.keys import by_effect, key_text
 from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
@@ -61,13 +61,14 @@ def agreed(
         while held:
             shapes = np.column_stack(list(held.values()))
             sizes = dict(zip(held, np.linalg.lstsq(shapes, torque, rcond=ALIKE)[0], strict=True))
-            beyond = [k for k, size in sizes.items() if not bounds(k)[0] <= found[k] + size <= bounds(k)[1]]
+            moved = {k: found[k] + size for k, size in sizes.items() if k != NOBODY}
+            beyond = [k for k, value in moved.items() if not bounds(k)[0] <= value <= bounds(k)[1]]
             if not beyond:
                 break
             held.pop(beyond[0])
         else:
             continue
-        found.update({k: found[k] + size for k, size in sizes.items()})
+        found.update(moved)
         rest = torque - shapes @ np.array(list(sizes.values()))
         found.update({key_text(name, k): v for k, v in curve.parameters_of(at, rest).items()})
     return found

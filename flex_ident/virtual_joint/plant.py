@@ -134,7 +134,8 @@ def elastic_torque(p: Floats, d: float, bristle: float) -> float:
     engaged = d - half if d > half else (d + half if d < -half else 0.0)
     torque = p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle
     if p[SPRING_TABLE] > 0.0:
-        torque += looked_up(table(p, SPRING_TABLE), d)
+        law = table(p, SPRING_TABLE)
+        torque += looked_up(law, d) - looked_up(law, 0.0)
     return float(torque)
 
 
