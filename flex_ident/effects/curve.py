@@ -9,7 +9,7 @@ import numpy as np
 
 from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
-from flex_ident.simulation.curves import curve, one_for_each_direction
+from flex_ident.simulation.curves import bend, curve, one_for_each_direction
 from flex_ident.simulation.terms import BASE_TERMS, MOST_POINTS, RIGID_TERMS, Table, Term
 
 SPREAD = 0.3
@@ -62,6 +62,24 @@ class Curve:
         here = [(k, term, factor) for k, (term, factor) in terms if k in keys and term in self.held]
         found = {k: f * self.held[term](at) for k, term, f in here if rigid or term.side == self.table.points.side}
         return {**found, NOBODY: level(at)} if self.anchored else found
+
+    def shown_by(self, keys: Collection[str], at: Floats, *, rigid: bool) -> dict[str, Floats]:
+        """Those of the base keys that belong to the law as it is drawn: the torque (k,) of each for a value of one."""
+        terms = (RIGID_TERMS if rigid else BASE_TERMS).items()
+        return {k: f * self.held[term](at) for k, (term, f) in terms if k in keys and term in self.shown}
+
+    def left_out(self, at: Floats) -> Floats:
+        """Shapes (k, c) over points (k,) of what is taken out of the law as it is drawn."""
+        return np.column_stack([np.zeros((at.size, 0)), *(h(at) for t, h in self.held.items() if t not in self.shown)])
+
+    def bent(self, at: Floats, torque: Floats, where: Floats) -> Floats:
+        """How far (n,) the table bends away from straight lines around each place (n,)."""
+        sides = (at < 0.0, at > 0.0) if self.each_direction else (np.ones(at.size, bool),)
+        found = np.zeros(where.size)
+        for side in (side for side in sides if side.any()):
+            near = (where >= at[side][0]) & (where <= at[side][-1])
+            found[near] = np.interp(where[near], at[side], bend(at[side], torque[side]))
+        return found
 
     def law(self, at: Floats, torque: Floats, where: Floats) -> Floats:
         """The torque (n,) of the table (k,) at `where` (n,), N m."""

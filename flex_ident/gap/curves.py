@@ -11,16 +11,15 @@ from flex_ident.effects.curve import Curve
 from flex_ident.errors import ExcitationError
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Accepted, Search
-from flex_ident.gap.knots import range_points, speed_points
+from flex_ident.gap.knots import points_to_both_sides, range_points
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.thresholds import CURVE_COUNTS, MOST_CURVES
-from flex_ident.gap.trials import ITERATIONS, Trial, compared, final_polish
+from flex_ident.gap.trials import Trial, compared, descended, final_polish
 from flex_ident.gap.weighing import rebuilt, weighed
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.likelihood.thresholds import STRUCTURE
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver
@@ -36,7 +35,7 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
     curves = [e for e in CATALOGUE.values() if e.curve is not None and e.name in wanted]
     for _ in range(MOST_CURVES):
         left = remainder(search.solver, search.fit)
-        if left.gap <= STRUCTURE * left.floor:
+        if not left.structured(left.gap):
             break
         best: tuple[Search, Trial] | None = None
         for effect in curves:
@@ -83,7 +82,7 @@ def _trials(search: Search, effect: Effect, solver: SteadyFit, base: Fit) -> tup
         extended, keys = extended_solver(reduced.solver, reduced.fit.free, candidate)
         start = {**reduced.fit.values, **candidate.start((1.0,))}
         try:
-            after = extended.solve(keys, start, search.fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+            after = descended(extended, keys, start, search.fit)
         except ExcitationError:
             continue
         trials.append(compared(extended, search.fit, after, candidate, reduced.own_error()))
@@ -107,12 +106,11 @@ def curve_candidates(effect: Effect, problem: FitProblem, values: Mapping[str, f
 
 
 def _points(curve: Curve, problem: FitProblem, values: Mapping[str, float], count: int) -> Floats:
-    """Where at most `count` points lie in each direction, or twice as many over the range."""
+    """Where at most `count` points lie to each side of zero, or twice as many over the range."""
     if curve.each_direction:
-        return speed_points(problem, count)
-    there = problem.motion.position
-    if curve.table.points.side == "spring":
-        link = problem.link_response_of(values)
-        assert link is not None
-        there = there - link.position
-    return range_points(problem, there, 2 * count)
+        return points_to_both_sides(problem, problem.motion.velocity, count, problem.resolution)
+    if not curve.anchored:
+        return range_points(problem, problem.motion.position, 2 * count)
+    link = problem.link_response_of(values)
+    assert link is not None
+    return points_to_both_sides(problem, problem.motion.position - link.position, count)

@@ -10,20 +10,21 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 
 CLOSER = 2.0
-"""Power of the points' spacing over speed: friction bends most where it is slow."""
+"""Power of the points' spacing away from zero: friction bends most where it is slow, a spring around zero."""
 
 
-def speed_points(problem: FitProblem, count: int) -> Floats:
-    """Velocities (k,), rad/s, at most `count` in each direction, each with time of its own around it."""
-    velocity = problem.motion.velocity[_kept(problem)]
+def points_to_both_sides(problem: FitProblem, values: Floats, count: int, least: float = 0.0) -> Floats:
+    """Points (k,), at most `count` to each side of zero and none within `least` of it, of `values` (n,) of the
+    recording's samples: each with time of its own around it."""
+    there = values[_kept(problem)]
     sides = []
     for sign in (-1.0, 1.0):
-        speed = sign * velocity[sign * velocity > problem.resolution]
-        if speed.size < 2:
+        size = sign * there[sign * there > least]
+        if size.size < 2:
             continue
-        fastest = float(np.quantile(speed, 1.0 - CURVE_EDGE))
+        largest = float(np.quantile(size, 1.0 - CURVE_EDGE))
         steps: Floats = np.linspace(0.5 / (count - 0.5), 1.0, count)
-        sides.append(np.sort(sign * _held(fastest * steps**CLOSER, speed, problem)))
+        sides.append(np.sort(sign * _held(largest * steps**CLOSER, size, problem)))
     return np.concatenate(sides) if sides else np.zeros(0)
 
 

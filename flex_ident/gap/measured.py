@@ -14,20 +14,20 @@ from flex_ident.gap.thresholds import CURVE_BEND
 from flex_ident.parameters.friction_curve import COVERED
 from flex_ident.parameters.keys import by_effect, key_text
 from flex_ident.recording import Floats
-from flex_ident.simulation.curves import bend
-from flex_ident.simulation.terms import BASE_TERMS, RIGID_TERMS
 
+SAME = 1e-3
+"""Singular value, over the largest, of shapes that are one and the same at all points."""
 DRAWN = 60
 """Places between the ends of a curve, in each direction, at which it is given."""
 
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A law over `variable`, in `unit`: `torque` (n,), N m, `at` places (n,), one standard deviation (n,) of each, and
-    `covariance` (n, n) without what a curve may bend between its `points` (k,).
+    """A law over `variable`, in `unit`: `torque` (n,), N m, `at` places (n,), and one standard deviation (n,) of each.
 
-    `each_direction`: it is two curves, of the negative places and of the positive ones. `line`: the torque (n,) of the
-    base model alone there. A part that the recording cannot tell from a constant, or from gravity, is in neither.
+    Its table has `points` (k,). `each_direction`: it is two curves, of the negative places and of the positive ones.
+    `line`: the torque (n,) of the base model alone there. A part that the recording cannot tell from a constant, or
+    from gravity, is in neither.
     """
 
     variable: str
@@ -37,7 +37,6 @@ class MeasuredCurve:
     std: Floats
     line: Floats
     points: Floats
-    covariance: Floats
     each_direction: bool = False
 
     @property
@@ -66,43 +65,26 @@ def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
     if curve is None:
         return None
     values, rigid = estimate.fit.values, estimate.problem.rigid
-    at, torque = curve.table_in(by_effect(values)[1][effect])
+    own = by_effect(values)[1][effect]
+    at, torque = curve.table_in(own)
     where = _places(curve, at)
-    bases = {term: (k, f) for k, (term, f) in (RIGID_TERMS if rigid else BASE_TERMS).items()}
-    own = [bases[t] for t in curve.shown if t in bases and bases[t][0] in values]
-    shapes = [(curve.held[t], bases[t][1]) for t in curve.shown if t in bases and bases[t][0] in values]
-    keys = [
-        *(key_text(effect, f"{TORQUE}_{n}") for n in curve.points_in(by_effect(values)[1][effect])),
-        *(k for k, _ in own),
-    ]
+    shown = tuple(curve.shown_by(values, at, rigid=rigid))
+    keys = [*(key_text(effect, f"{TORQUE}_{n}") for n in curve.points_in(own)), *shown]
     size = np.array([values[k] for k in keys])
 
     def columns(places: Floats) -> Floats:
         tables = [curve.law(at, unit, places) for unit in np.eye(at.size)]
-        return np.column_stack([*tables, *(f * shape(places) for shape, f in shapes)])
+        return np.column_stack([*tables, *curve.shown_by(shown, places, rigid=rigid).values()])
 
-    others = [shape for term, shape in curve.held.items() if term not in curve.shown]
-    law, base = columns(where), columns(where)
-    base[:, : at.size] = 0.0
-    if others:
-        outside, there = (np.column_stack([shape(x) for shape in others]) for x in (where, at))
-        taken = np.linalg.pinv(there, rcond=1e-3) @ columns(at)
-        law = law - outside @ taken
+    law, line = columns(where), columns(where)
+    line[:, : at.size] = 0.0
+    law = law - curve.left_out(where) @ (np.linalg.pinv(curve.left_out(at), rcond=SAME) @ columns(at))
     known = [i for i, k in enumerate(keys) if k in estimate.uncertainty.free]
     index = [estimate.uncertainty.free.index(keys[i]) for i in known]
     covariance = law[:, known] @ estimate.uncertainty.covariance[np.ix_(index, index)] @ law[:, known].T
-    variance = np.maximum(np.diag(covariance), 0.0) + (CURVE_BEND * _bent(curve, at, torque, where)) ** 2
-    return MeasuredCurve(
-        curve.variable,
-        curve.unit,
-        where,
-        law @ size,
-        np.sqrt(variance),
-        base @ size,
-        at,
-        covariance,
-        curve.each_direction,
-    )
+    bent = CURVE_BEND * curve.bent(at, torque, where)
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0) + bent**2)
+    return MeasuredCurve(curve.variable, curve.unit, where, law @ size, std, line @ size, at, curve.each_direction)
 
 
 def _places(curve: Curve, at: Floats) -> Floats:
@@ -110,15 +92,3 @@ def _places(curve: Curve, at: Floats) -> Floats:
         return np.linspace(at[0], at[-1], 2 * DRAWN)
     sides = [at[at < 0.0], at[at > 0.0]]
     return np.concatenate([np.linspace(s[0], s[-1], DRAWN) for s in sides if s.size > 1])
-
-
-def _bent(curve: Curve, at: Floats, torque: Floats, where: Floats) -> Floats:
-    """How far (n,) the table bends away from straight lines around each place."""
-    sides = (at < 0.0, at > 0.0) if curve.each_direction else (np.ones(at.size, bool),)
-    found = np.zeros(where.size)
-    for side in sides:
-        if not side.any():
-            continue
-        near = (where >= at[side][0]) & (where <= at[side][-1])
-        found[near] = np.interp(where[near], at[side], bend(at[side], torque[side]))
-    return found

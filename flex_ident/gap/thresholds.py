@@ -45,7 +45,7 @@ MOST_CURVES = 2
 """Laws that are measured as curves, at most: of what is left after two a third would tell little."""
 CURVE_COUNTS = (4, 8)
 """Points of a curve, at most, in each direction of motion, or twice as many over a range; each number is tried."""
-CURVE_EDGE = 0.005
+CURVE_EDGE = 0.001
 """Share of the samples beyond the last point of a curve."""
 CURVE_SECONDS = 0.1
 """Time that the recording must spend around each point."""

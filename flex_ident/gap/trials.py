@@ -86,11 +86,11 @@ def compared(solver: SteadyFit, before: Fit, after: Fit, candidate: Candidate, o
 def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
-        return _descended(solver, keys, starts[0], fit)
-    return _descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
+        return descended(solver, keys, starts[0], fit)
+    return descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
 
 
-def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
+def descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
     """The fit from one start, under the noise of the fit without the candidate; on a long way with noise taken anew."""
     found = solver.solve(keys, start, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
     for _ in range(ROUNDS):
