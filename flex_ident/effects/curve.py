@@ -16,8 +16,6 @@ SPREAD = 0.3
 """Torque at a point, one standard deviation, over the rms of the recorded torque: what is no larger than this is
 hardly held back, and what no data reach stays at nothing."""
 TORQUE = "torque"
-NOBODY = ""
-"""In place of a base key: what a curve has none of, and nothing else needs to have."""
 
 
 def line(at: Floats) -> Floats:
@@ -48,20 +46,18 @@ class Curve:
     shown: tuple[Term, ...] = ()
     """Those of `held` that belong to the law as it is drawn and read; what the others can do is taken out of it."""
     anchored: bool = False
-    """There is no torque where the variable is zero: the table is taken less what it is there."""
+    """No torque is where the variable is zero: as drawn, the variable is counted from where the law has none."""
     each_direction: bool = False
     """Two curves, one for each direction of motion: they meet nowhere."""
 
     def held_by(self, keys: Collection[str], at: Floats, *, rigid: bool) -> dict[str, Floats]:
         """Those of the keys that are base keys and do a part of the curve: the torque (k,) of each over points (k,).
 
-        Of a curve that is anchored a constant is nobody's.
         What acts on the link does so at another angle than the motor's, unless the joint is rigid.
         """
         terms = (RIGID_TERMS if rigid else BASE_TERMS).items()
         here = [(k, term, factor) for k, (term, factor) in terms if k in keys and term in self.held]
-        found = {k: f * self.held[term](at) for k, term, f in here if rigid or term.side == self.table.points.side}
-        return {**found, NOBODY: level(at)} if self.anchored else found
+        return {k: f * self.held[term](at) for k, term, f in here if rigid or term.side == self.table.points.side}
 
     def shown_by(self, keys: Collection[str], at: Floats, *, rigid: bool) -> dict[str, Floats]:
         """Those of the base keys that belong to the law as it is drawn: the torque (k,) of each for a value of one."""
@@ -85,8 +81,7 @@ class Curve:
         """The torque (n,) of the table (k,) at `where` (n,), N m."""
         if self.each_direction:
             return one_for_each_direction(at, torque, where, np.sign(where))
-        found = curve(at, torque, where)
-        return found - curve(at, torque, np.zeros(1)) if self.anchored else found
+        return curve(at, torque, where)
 
     def points_in(self, values: Mapping[str, float]) -> tuple[int, ...]:
         """Numbers of the points among the effect's own parameters."""

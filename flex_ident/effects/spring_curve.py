@@ -28,7 +28,7 @@ def _probes(_: Scales) -> Iterator[Probe]:
 SPRING_CURVE_EFFECT = Effect(
     name="spring_curve",
     summary="torque of the spring over deflection that is no law of the catalogue, as a measured curve",
-    equation="a cubic through torque_n at deflection_n, less what it is at no deflection, added to tau",
+    equation="a cubic through torque_n at deflection_n, straight on beyond its ends, added to tau",
     parameters=points(CURVE, "deflection"),
     probes=_probes,
     curve=CURVE,

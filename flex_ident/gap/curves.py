@@ -113,4 +113,4 @@ def _points(curve: Curve, problem: FitProblem, values: Mapping[str, float], coun
         return range_points(problem, problem.motion.position, 2 * count)
     link = problem.link_response_of(values)
     assert link is not None
-    return points_to_both_sides(problem, problem.motion.position - link.position, count)
+    return range_points(problem, problem.motion.position - link.position, 2 * count)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from flex_ident.recording import Floats
 
 SAME = 1e-3
 """Singular value, over the largest, of shapes that are one and the same at all points."""
+FINE = 4001
 DRAWN = 60
 """Places between the ends of a curve, in each direction, at which it is given."""
 
@@ -76,15 +78,27 @@ def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
         tables = [curve.law(at, unit, places) for unit in np.eye(at.size)]
         return np.column_stack([*tables, *curve.shown_by(shown, places, rigid=rigid).values()])
 
-    law, line = columns(where), columns(where)
+    law, there, line = columns(where), columns(at), columns(where)
     line[:, : at.size] = 0.0
-    law = law - curve.left_out(where) @ (np.linalg.pinv(curve.left_out(at), rcond=SAME) @ columns(at))
+    zero = _zero(curve, at, torque, values) if curve.anchored else 0.0
+    if curve.anchored:
+        law, there = law - columns(np.array([zero])), there - columns(np.array([zero]))
+    law = law - curve.left_out(where - zero) @ (np.linalg.pinv(curve.left_out(at - zero), rcond=SAME) @ there)
     known = [i for i, k in enumerate(keys) if k in estimate.uncertainty.free]
     index = [estimate.uncertainty.free.index(keys[i]) for i in known]
     covariance = law[:, known] @ estimate.uncertainty.covariance[np.ix_(index, index)] @ law[:, known].T
     bent = CURVE_BEND * curve.bent(at, torque, where)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0) + bent**2)
-    return MeasuredCurve(curve.variable, curve.unit, where, law @ size, std, line @ size, at, curve.each_direction)
+    return MeasuredCurve(
+        curve.variable, curve.unit, where - zero, law @ size, std, line @ size, at - zero, curve.each_direction
+    )
+
+
+def _zero(curve: Curve, at: Floats, torque: Floats, values: Mapping[str, float]) -> float:
+    """Where the whole spring has no torque, rad: the encoders' zeros say nothing of it."""
+    fine = np.linspace(at[0], at[-1], FINE)
+    whole = values["K"] * fine + curve.law(at, torque, fine)
+    return float(fine[int(np.argmin(np.abs(whole)))])
 
 
 def _places(curve: Curve, at: Floats) -> Floats:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.effects.curve import NOBODY, TORQUE
+from flex_ident.effects.curve import TORQUE
 from flex_ident.parameters.keys import by_effect, key_text
 from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
@@ -61,7 +61,7 @@ def agreed(
         while held:
             shapes = np.column_stack(list(held.values()))
             sizes = dict(zip(held, np.linalg.lstsq(shapes, torque, rcond=ALIKE)[0], strict=True))
-            moved = {k: found[k] + size for k, size in sizes.items() if k != NOBODY}
+            moved = {k: found[k] + size for k, size in sizes.items()}
             beyond = [k for k, value in moved.items() if not bounds(k)[0] <= value <= bounds(k)[1]]
             if not beyond:
                 break

@@ -1,7 +1,7 @@
 """Laws that are tables: a cubic between points, its slopes those of parabolas through three neighbours.
 
 Linear in the torques at the points, exact for parabolas between the first point and the last, and what a point changes
-ends with its neighbours' neighbours. Beyond the ends the torque stays what it is there.
+ends with its neighbours' neighbours. Beyond the ends the torque stays what it is there; a spring's goes straight on.
 """
 
 from __future__ import annotations
@@ -69,14 +69,13 @@ def one_for_each_direction(speed: Floats, torque: Floats, velocity: Floats, shar
 
 @compiled
 def tabulated(p: Floats, points: int, where: float) -> float:
-    """Torque, N m, of one table of a vector of terms at `where`, as `curve` has it; `points` is the index of its number
-    of points, after which each point's place and torque follow."""
+    """Torque, N m, of one table of a vector of terms at `where`, as `curve` has it, but straight on beyond its ends:
+    springs do not end. `points` is the index of its number of points, after which each one's place and torque follow.
+    """
     count, first = int(p[points]), points + 1
     last = first + 2 * (count - 1)
-    if where <= p[first] or count == 1:
+    if count == 1:
         return float(p[first + 1])
-    if where >= p[last]:
-        return float(p[last + 1])
     i = first
     while i + 2 < last and p[i + 2] <= where:
         i += 2
@@ -95,6 +94,10 @@ def tabulated(p: Floats, points: int, where: float) -> float:
         left = 2.0 * rise - right
     if i + 2 == last:
         right = 2.0 * rise - left
+    if where < p[first]:
+        return float(p[first + 1] + left * (where - p[first]))
+    if where > p[last]:
+        return float(p[last + 1] + right * (where - p[last]))
     s = (where - p[i]) / width
     value = p[i + 1] + s * s * (3.0 - 2.0 * s) * (p[i + 3] - p[i + 1])
     return float(value + width * s * (1.0 - s) * ((1.0 - s) * left - s * right))

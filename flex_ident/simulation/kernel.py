@@ -55,7 +55,7 @@ def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
             e = 0.0
     torque = p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z
     if p[CURVE] > 0.0:
-        torque += tabulated(p, CURVE, d) - tabulated(p, CURVE, 0.0)
+        torque += tabulated(p, CURVE, d)
     return float(torque)
 
 

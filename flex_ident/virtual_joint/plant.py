@@ -135,7 +135,10 @@ def elastic_torque(p: Floats, d: float, bristle: float) -> float:
     torque = p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle
     if p[SPRING_TABLE] > 0.0:
         law = table(p, SPRING_TABLE)
-        torque += looked_up(law, d) - looked_up(law, 0.0)
+        inside = min(max(d, law[0, 0]), law[-1, 0])
+        torque += looked_up(law, inside)
+        if law.shape[0] > 1 and d != inside:
+            torque += table_slope(law, 0 if d < inside else law.shape[0] - 1, inside) * (d - inside)
     return float(torque)
 
 
