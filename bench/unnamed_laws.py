@@ -90,8 +90,14 @@ def true_law(joint: Joint, kind: str, at: Floats, points: Floats, stiffness: flo
     there, here = (np.array([law(float(x)) for x in places]) for places in (at, points))
     if kind == "friction":
         return there - here.mean()
-    shapes = (lambda x: np.column_stack([x])) if kind == "spring" else _weight
-    return there - shapes(at) @ np.linalg.pinv(shapes(points), rcond=1e-3) @ here
+    if kind == "spring":
+        return there - mean_slope(points, here) * at
+    return there - _weight(at) @ np.linalg.pinv(_weight(points), rcond=1e-3) @ here
+
+
+def mean_slope(x: Floats, y: Floats) -> float:
+    """Slope of the straight line that is closest to points."""
+    return float(np.polyfit(x, y, 1)[0])
 
 
 def _weight(x: Floats) -> Floats:
@@ -131,7 +137,7 @@ def law_line(law: str, seed: int, sensors: str, curves_only: bool) -> Line:
             )  # fmt: skip
     truth = {key: float(getattr(joint, key)) for key in ("Jm", "K", "JL")}
     for c in (f.curve for f in found.findings if f.effect == CURVES["spring"]):  # K is the mean slope over its points
-        truth["K"] += float(np.linalg.lstsq(c.points[:, None], [spring_torque(joint, x) for x in c.points])[0][0])
+        truth["K"] += mean_slope(c.points, np.array([spring_torque(joint, x) for x in c.points]))
     line["errors"] = {
         p.key: (p.value - truth[p.key]) / p.std for p in found.final.parameters if p.key in ("Jm", "K", "JL")
     }  # fmt: skip

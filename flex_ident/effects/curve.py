@@ -59,6 +59,10 @@ class Curve:
         here = [(k, term, factor) for k, (term, factor) in terms if k in keys and term in self.held]
         return {k: f * self.held[term](at) for k, term, f in here if rigid or term.side == self.table.points.side}
 
+    def centred(self, torques: Floats) -> Floats:
+        """Torques (k,) or columns of them (k, c) as compared: less their means where a curve may be shifted."""
+        return torques - torques.mean(axis=0) if self.anchored else torques
+
     def shown_by(self, keys: Collection[str], at: Floats, *, rigid: bool) -> dict[str, Floats]:
         """Those of the base keys that belong to the law as it is drawn: the torque (k,) of each for a value of one."""
         terms = (RIGID_TERMS if rigid else BASE_TERMS).items()

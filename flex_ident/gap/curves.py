@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,13 +14,14 @@ from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.knots import points_to_both_sides, range_points
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.thresholds import CURVE_COUNTS, MOST_CURVES
+from flex_ident.gap.thresholds import CURVE_COUNTS, CURVE_SHARE, MOST_CURVES
 from flex_ident.gap.trials import Trial, compared, descended, final_polish
 from flex_ident.gap.weighing import rebuilt, weighed
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.likelihood.thresholds import STRUCTURE
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver
@@ -35,13 +37,14 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
     curves = [e for e in CATALOGUE.values() if e.curve is not None and e.name in wanted]
     for _ in range(MOST_CURVES):
         left = remainder(search.solver, search.fit)
-        if not left.structured(left.gap):
+        if left.gap <= STRUCTURE * left.floor:
             break
         best: tuple[Search, Trial] | None = None
         for effect in curves:
             if effect.name in effects_in(search.fit.free):
                 continue
             reduced, trials = _trials(search, effect, solver, base)
+            trials = [_demanding(t) for t in trials]
             good = [t for t in trials if not t.objection]
             if trials and not good:
                 first = max(trials, key=lambda t: t.evidence)
@@ -53,6 +56,14 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
             break
         search = weighed(_accepted(*best, search), solver, base)
     return search
+
+
+def _demanding(trial: Trial) -> Trial:
+    """The trial, refused where the curve leaves too much: it resembles what is missing, and is not it."""
+    if trial.objection or trial.share >= CURVE_SHARE:
+        return trial
+    why = f"it closes {100 * trial.share:.0f} % of the gap only, {100 * CURVE_SHARE:.0f} % needed for a curve"
+    return replace(trial, objection=why)
 
 
 def _accepted(reduced: Search, trial: Trial, before: Search) -> Search:

@@ -9,7 +9,7 @@ from flex_ident.gap.thresholds import CURVE_EDGE, CURVE_SECONDS
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.recording import Floats
 
-CLOSER = 2.0
+CLOSER = 1.5
 """Power of the points' spacing away from zero: friction bends most where it is slow, a spring around zero."""
 
 

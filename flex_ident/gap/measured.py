@@ -19,6 +19,7 @@ from flex_ident.recording import Floats
 SAME = 1e-3
 """Singular value, over the largest, of shapes that are one and the same at all points."""
 FINE = 4001
+GRAVITY = 9.81
 DRAWN = 60
 """Places between the ends of a curve, in each direction, at which it is given."""
 
@@ -62,7 +63,11 @@ class MeasuredCurve:
 
 
 def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
-    """The law of an effect that is a table in an estimate; None where it is none."""
+    """The law of an effect that is a table in an estimate; None where it is none.
+
+    Its band is that of the fit, wider by what is left over the noise; not of what else may be missing, which moves the
+    parameters of the straight law.
+    """
     curve = effect_named(effect).curve
     if curve is None:
         return None
@@ -83,12 +88,16 @@ def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
     zero = _zero(curve, at, torque, values) if curve.anchored else 0.0
     if curve.anchored:
         law, there = law - columns(np.array([zero])), there - columns(np.array([zero]))
-    law = law - curve.left_out(where - zero) @ (np.linalg.pinv(curve.left_out(at - zero), rcond=SAME) @ there)
-    known = [i for i, k in enumerate(keys) if k in estimate.uncertainty.free]
-    index = [estimate.uncertainty.free.index(keys[i]) for i in known]
-    covariance = law[:, known] @ estimate.uncertainty.covariance[np.ix_(index, index)] @ law[:, known].T
+    taken = np.linalg.pinv(curve.centred(curve.left_out(at - zero)), rcond=SAME) @ curve.centred(there)
+    law = law - curve.left_out(where - zero) @ taken
+    free, left = estimate.plain.free, estimate.left
+    known = [i for i, k in enumerate(keys) if k in free]
+    index = [free.index(keys[i]) for i in known]
+    louder = max(1.0, left.gap / left.floor) if left.structured(left.gap) and left.floor > 0.0 else 1.0
+    covariance = louder**2 * law[:, known] @ estimate.plain.covariance[np.ix_(index, index)] @ law[:, known].T
     bent = CURVE_BEND * curve.bent(at, torque, where)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0) + bent**2)
+    shifted = _zero_std(estimate) * np.gradient(law @ size, where) if curve.anchored else np.zeros_like(where)
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0) + bent**2 + shifted**2)
     return MeasuredCurve(
         curve.variable, curve.unit, where - zero, law @ size, std, line @ size, at - zero, curve.each_direction
     )
@@ -99,6 +108,15 @@ def _zero(curve: Curve, at: Floats, torque: Floats, values: Mapping[str, float])
     fine = np.linspace(at[0], at[-1], FINE)
     whole = values["K"] * fine + curve.law(at, torque, fine)
     return float(fine[int(np.argmin(np.abs(whole)))])
+
+
+def _zero_std(estimate: Estimate) -> float:
+    """Standard deviation of where the spring has no torque, rad: as far as the weight that it bears is open."""
+    known, position = estimate.plain, float(np.mean(estimate.problem.motion.position))
+    weights = {"MX": GRAVITY * np.cos(position), "MY": GRAVITY * np.sin(position)}
+    keys = [k for k in weights if k in known.free and np.isfinite(known.std(k))]
+    row, index = np.array([weights[k] for k in keys]), [known.free.index(k) for k in keys]
+    return float(np.sqrt(row @ known.covariance[np.ix_(index, index)] @ row)) / estimate.fit.values["K"]
 
 
 def _places(curve: Curve, at: Floats) -> Floats:

@@ -37,7 +37,7 @@ def gauge_information(
         held = curve.held_by([k for k in keys if k not in at_bound], at, rigid="J" in values)
         if not held:
             continue
-        shapes = np.column_stack(list(held.values()))
+        shapes = np.column_stack([curve.centred(shape) for shape in held.values()])
         rows, size, _ = np.linalg.svd(shapes / np.linalg.norm(shapes, axis=0), full_matrices=False)
         rows = rows[:, size > ALIKE * size[0]]
         std = AGREED * priors[torques[0]].std if torques[0] in priors else AGREED
@@ -60,7 +60,8 @@ def agreed(
         held = curve.held_by(keys, at, rigid="J" in values)
         while held:
             shapes = np.column_stack(list(held.values()))
-            sizes = dict(zip(held, np.linalg.lstsq(shapes, torque, rcond=ALIKE)[0], strict=True))
+            solution = np.linalg.lstsq(curve.centred(shapes), curve.centred(torque), rcond=ALIKE)[0]
+            sizes = dict(zip(held, solution, strict=True))
             moved = {k: found[k] + size for k, size in sizes.items()}
             beyond = [k for k, value in moved.items() if not bounds(k)[0] <= value <= bounds(k)[1]]
             if not beyond:

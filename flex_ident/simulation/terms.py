@@ -148,7 +148,7 @@ class Term(IntEnum):
     _ignore_ = "_law _side _n"
     for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):
         vars()[f"{_law}_CURVE_POINTS"] = _side, False, f"{_law}_CURVE_TORQUE_1"
-        for _n in range(1, 17):
+        for _n in range(1, 25):
             vars()[f"{_law}_CURVE_AT_{_n}"] = _side, False, f"{_law}_CURVE_TORQUE_{_n}"
             vars()[f"{_law}_CURVE_TORQUE_{_n}"] = _side, True
 
@@ -173,7 +173,7 @@ RIPPLES, KINEMATIC_ERRORS = (
 )  # fmt: skip
 """Amplitude, cycles a turn and phase of each harmonic of the ripple, and of the transmission error."""
 
-MOST_POINTS = 16
+MOST_POINTS = 24
 """Of a law that is a table."""
 
 

@@ -91,8 +91,8 @@ class P(IntEnum):
     TORQUE_DROOP = 71
     FRICTION_TABLE = 72
     """Number of points; the place and the torque of each follow."""
-    ANGLE_TABLE = 105
-    SPRING_TABLE = 138
+    ANGLE_TABLE = 121
+    SPRING_TABLE = 170
 
 
 BASE = {
@@ -155,7 +155,7 @@ TABLES = {
     "spring_curve": ("deflection", int(P.SPRING_TABLE)),
 }
 """Effects that are tables: what they are over, and where each begins."""
-POINTS = 16
+POINTS = 24
 SIZE = int(P.SPRING_TABLE) + 1 + 2 * POINTS
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):

@@ -11,7 +11,7 @@ from flex_ident.simulation.terms import SPRING_CURVE, no_terms
 from flex_ident.virtual_joint.plant import looked_up
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 16])
+@pytest.mark.parametrize("count", [2, 3, 4, 24])
 def test_all_ways_to_compute_it_agree(count: int) -> None:
     rng = np.random.default_rng(count)
     at, torque = np.sort(rng.normal(size=count)), rng.normal(size=count)

@@ -56,7 +56,7 @@ TABLES = {FRICTION_CURVE: 0.4, ANGLE_CURVE: 0.01, SPRING_CURVE: 1.5e-3}
 for _table, _apart in TABLES.items():
     SIZES[_table.points] = float(MOST_POINTS)
     for _i, (_at, _torque) in enumerate(zip(_table.at, _table.torque, strict=True)):
-        SIZES[_at], SIZES[_torque] = _apart * (_i - 7.5), 2.0 + np.sin(2.0 * _i)
+        SIZES[_at], SIZES[_torque] = _apart * (_i - 11.5), 2.0 + np.sin(2.0 * _i)
 """What each term may be in a cobot's joint; those of the base model are the joint's own."""
 AS_THEY_ARE = {t for table in TABLES for t in (table.points, *table.at)}
 """Not varied: points keep their order."""
