@@ -47,6 +47,8 @@ class Curve:
     """Those of `held` that belong to the law as it is drawn and read; what the others can do is taken out of it."""
     anchored: bool = False
     """No torque is where the variable is zero: as drawn, the variable is counted from where the law has none."""
+    sought: bool = True
+    """The search tries it unasked."""
     each_direction: bool = False
     """Two curves, one for each direction of motion: they meet nowhere."""
 

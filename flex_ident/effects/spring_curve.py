@@ -18,6 +18,7 @@ CURVE = Curve(
     held={Term.STIFFNESS: line},
     contains=("nonlinear_stiffness",),
     anchored=True,
+    sought=False,  # one of three bands missed the truth (docs/benchmarks.md): where the spring has no torque is open
 )
 
 

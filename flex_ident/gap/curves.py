@@ -33,8 +33,10 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
     A curve takes the place of the named laws that are functions of the same variable, and must close much of what they
     leave. Each number of points pays its own price.
     """
-    wanted = options.effects or CATALOGUE
-    curves = [e for e in CATALOGUE.values() if e.curve is not None and e.name in wanted]
+    curves = [
+        e for e in CATALOGUE.values()
+        if e.curve is not None and (e.name in options.effects if options.effects else e.curve.sought)
+    ]  # fmt: skip
     for _ in range(MOST_CURVES):
         left = remainder(search.solver, search.fit)
         if left.gap <= STRUCTURE * left.floor:
