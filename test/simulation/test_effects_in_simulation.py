@@ -47,8 +47,8 @@ EFFECTS: dict[str, dict[str, float]] = {
         "angle_1": -0.05, "torque_1": 3.0, "angle_2": 0.0, "torque_2": -1.0, "angle_3": 0.03, "torque_3": 4.0,
     },
     "spring_curve": {
-        "deflection_1": -6e-3, "torque_1": 20.0, "deflection_2": -2e-3, "torque_2": -6.0, "deflection_3": 3e-3,
-        "torque_3": 12.0, "deflection_4": 6e-3, "torque_4": -10.0,
+        "deflection_1": -6e-3, "torque_1": 6.0, "deflection_2": -2e-3, "torque_2": -2.0, "deflection_3": 3e-3,
+        "torque_3": 4.0, "deflection_4": 6e-3, "torque_4": 9.0,
     },
 }  # fmt: skip
 WORST_PERCENT = 1.5
