@@ -133,7 +133,7 @@ def law_line(law: str, seed: int, sensors: str, curves_only: bool) -> Line:
             line.update(
                 covered=float(inside.mean()), worst_sigmas=float(np.max(np.abs(truth - c.torque) / c.std)),
                 rms=float(np.sqrt(np.mean((truth - c.torque) ** 2))), band=float(np.mean(c.std)),
-                size=float(np.ptp(truth - c.line)), reading=getattr(c, "reading", ""),
+                size=float(np.ptp(truth - c.line)), reading=f.reading,
             )  # fmt: skip
     truth = {key: float(getattr(joint, key)) for key in ("Jm", "K", "JL")}
     for c in (f.curve for f in found.findings if f.effect == CURVES["spring"]):  # K is the mean slope over its points
