@@ -6,6 +6,7 @@ from flex_ident.effects.catalogue import (
     effect_named,
     is_fixed,
     parameter_named,
+    told_key,
     trade_error,
 )
 from flex_ident.effects.effect import Effect, EffectParameter
@@ -23,5 +24,6 @@ __all__ = [
     "is_fixed",
     "key_named",
     "parameter_named",
+    "told_key",
     "trade_error",
 ]

@@ -83,6 +83,12 @@ def is_fixed(key: str) -> bool:
     return key_parts(key)[0] is not None and parameter_named(key).fixed
 
 
+def told_key(key: str) -> str:
+    """A flat key as people are told of it: of an effect that is a table, the effect's name instead of each point's."""
+    effect = CATALOGUE.get(key_parts(key)[0] or "")
+    return key if effect is None or effect.curve is None else effect.name
+
+
 def trade_error(key: str, values: Mapping[str, float]) -> float:
     """Standard deviation of a flat key, as effects among the flat `values` and base keys stand in for each other."""
     errors = []

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import effect_named, told_key
 from flex_ident.gap.explanation import GapExplanation
 from flex_ident.parameters import Parameter
-from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
 from flex_ident.report.advice import told
@@ -89,17 +88,11 @@ def _meaning(e: GapExplanation, p: Parameter) -> str:
     return meaning_of(p.key, rigid=e.final.model.rigid, prismatic=p.unit == PRISMATIC_UNITS.get(p.key))
 
 
-def _in_a_table(p: Parameter) -> bool:
-    """Whether it is one of the points of a curve, which is drawn."""
-    effect = effect_in(p.key)
-    return effect is not None and effect_named(effect).curve is not None
-
-
 def _model(e: GapExplanation) -> Section:
     rows = tuple(
         Row((*parameter_row(p)[:5], _meaning(e, p), "yes" if p.identifiable else "no"),
             not p.identifiable)
-        for p in e.final.parameters if not _in_a_table(p)
+        for p in e.final.parameters if told_key(p.key) == p.key
     )  # fmt: skip
     return Section(
         "The model with what was found", ("All parameters were identified again together; model.yaml holds them.",),
