@@ -91,7 +91,7 @@ def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
     taken = np.linalg.pinv(curve.centred(curve.left_out(at - zero)), rcond=SAME) @ curve.centred(there)
     law = law - curve.left_out(where - zero) @ taken
     free, left = estimate.plain.free, estimate.left
-    known = [i for i, k in enumerate(keys) if k in free]
+    known = [i for i, k in enumerate(keys) if k in free and k not in estimate.fit.at_bound]
     index = [free.index(keys[i]) for i in known]
     louder = max(1.0, left.gap / left.floor) if left.structured(left.gap) and left.floor > 0.0 else 1.0
     covariance = louder**2 * law[:, known] @ estimate.plain.covariance[np.ix_(index, index)] @ law[:, known].T

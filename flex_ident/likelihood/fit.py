@@ -205,7 +205,8 @@ class SimulationFit:
                 x[i] = lower[i] if x[i] - lower[i] < near else upper[i]
                 at_bound.append(key)
         moved = unpacked(x)
-        found = agreed([k for k in keys if k not in at_bound], moved, lambda k: key_bounds(k, self.priors))
+        found = agreed(keys, moved, lambda k: key_bounds(k, self.priors))
+        at_bound = [k for k in at_bound if found[k] == moved[k]]
         if (x != reached).any() or found != moved:
             return replace(self.linearised(keys, found, whitenings, tuple(at_bound)), converged=converged)
         count = rest.size - len(prior_keys)
