@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from numba import njit
 
+from plants.unnamed import angle_torque, friction_torque, spring_torque
+
 GRAVITY = 9.81
 
 
@@ -67,6 +69,19 @@ class Joint(NamedTuple):
     """Relative change of the motor's Coulomb friction along its travel."""
     uneven_cycles: float = 0.0
     uneven_phase: float = 0.0
+    friction_law: float = 0.0
+    """Above zero: friction of the motor that has no name (`unnamed.friction_torque`), its size, N m, and speed."""
+    friction_size: float = 0.0
+    friction_speed: float = 1.0
+    angle_law: float = 0.0
+    """Above zero: torque over the motor's angle (`unnamed.angle_torque`), its size, N m, width and place, rad."""
+    angle_size: float = 0.0
+    angle_width: float = 1.0
+    angle_place: float = 0.0
+    spring_law: float = 0.0
+    """Above zero: torque of the spring beside K (`unnamed.spring_torque`), its size, N m, and deflection, rad."""
+    spring_size: float = 0.0
+    spring_width: float = 1.0
 
     def locked_hz(self) -> float:
         """Frequency of the link with the motor held, Hz."""
@@ -104,7 +119,7 @@ def elastic_torque(p, deflection):
         d = deflection + half
     else:
         d = 0.0
-    return p.K * d + p.cubic * d * d * d
+    return p.K * d + p.cubic * d * d * d + spring_torque(p, d)
 
 
 @njit(cache=True)
@@ -112,6 +127,7 @@ def motor_extras(p, qm, wm, t):
     """Everything smooth that brakes the motor beside FVm and the spring, N m."""
     warm = 1.0 + p.drift * t
     f = p.offset + warm * (p.asymmetry * abs(wm) + p.quadratic * wm * abs(wm))
+    f += warm * friction_torque(p, wm) + angle_torque(p, qm)
     f += p.ripple * math.sin(p.ripple_cycles * qm + p.ripple_phase)
     return f + p.ripple_2 * math.sin(p.ripple_2_cycles * qm + p.ripple_2_phase)
 

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, Effect, EffectParameter
+from flex_ident.gap.curves import curve_candidates
 from flex_ident.gap.where import variables
 from flex_ident.likelihood.problem import FitProblem
-from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.keys import flat_keys, key_text
 from flex_ident.recording import Floats
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
 from flex_ident.screening.candidates import candidates
+from flex_ident.simulation.terms import MOST_POINTS
 from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
 
 BAND_HZ = 30.0
+HUMP = 3.0
+"""Torque at the hump of a curve in its picture, N m."""
 
 
 def catalogue_text() -> str:
@@ -37,12 +42,14 @@ def _effect_text(effect: Effect) -> str:
 
 
 def _once(effect: Effect) -> tuple[EffectParameter, ...]:
-    """The parameters of an effect that is there once."""
-    return effect.parameters[: len(effect.parameters) // len(effect.again)]
+    """The parameters of an effect that is there once, or of the first point of one that is a table."""
+    return effect.parameters[:2] if effect.curve else effect.parameters[: len(effect.parameters) // len(effect.again)]
 
 
 def _further(effect: Effect) -> str:
     """Where the parameters are found of an effect that is there again; empty where it is there once at most."""
+    if effect.curve:
+        return f"further points have the suffixes _2 to _{MOST_POINTS}; in model.yaml all are two lists"
     if len(effect.again) == 1:
         return ""
     return f"further harmonics have the suffixes {effect.again[1]} to {effect.again[-1]}"
@@ -73,7 +80,7 @@ def write_effects_page(folder: Path) -> list[Path]:
         lines += ["", "| parameter | unit | meaning |", "| --- | --- | --- |"]
         lines += [f"| `{p.name}` | {p.unit} | {p.meaning} |" for p in _once(effect)]
         if _further(effect):
-            lines += ["", f"It may be there more than once: {_further(effect)}."]
+            lines += ["", f"{_further(effect)[0].upper()}{_further(effect)[1:]}."]
         lines += ["", f"![{effect.name}](effects/{effect.name}.png)"]
     page = folder / "effects.md"
     page.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -87,9 +94,7 @@ def _clean_problem() -> tuple[FitProblem, dict[str, float]]:
 
 
 def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> bytes:
-    tries = [c for c in candidates(problem, base, effects=(effect.name,)) if not c.side]
-    middle = tries[len(tries) // 2]
-    change = problem.residuals({**base, **middle.probes[0]})[0] - problem.residuals(base)[0]
+    change = problem.residuals({**base, **_example(effect, problem, base)})[0] - problem.residuals(base)[0]
     known = {v.name: v for v in variables(problem, base)}
     rows = problem.usable
     with styled_figure(6.4, 2.5) as figure:
@@ -105,6 +110,17 @@ def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> byt
         axes.set_ylabel("torque, N m")
         axes.set_title(effect.name.replace("_", " "))
         return png_bytes(figure)
+
+
+def _example(effect: Effect, problem: FitProblem, base: dict[str, float]) -> Mapping[str, float]:
+    """The effect at a size that shows; one that is a table with a hump in it."""
+    if effect.curve is None:
+        tries = [c for c in candidates(problem, base, effects=(effect.name,)) if not c.side]
+        return tries[len(tries) // 2].probes[0]
+    *_, curve = curve_candidates(effect, problem, base)
+    at, _ = effect.curve.table_in(dict(curve.probe.columns[0]))
+    hump = HUMP * np.exp(-(((at - 0.4 * at[-1]) / (0.2 * np.ptp(at))) ** 2))
+    return flat_keys(effect.name, effect.curve.parameters_of(at, hump))
 
 
 def _binned(x: Floats, y: Floats, bins: int = 60) -> tuple[Floats, Floats]:

@@ -15,11 +15,14 @@ from flex_ident.effects.iron_saturation import IRON_SATURATION
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
+from flex_ident.effects.motor_angle_curve import MOTOR_ANGLE_CURVE
+from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
+from flex_ident.effects.spring_curve import SPRING_CURVE_EFFECT
 from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
 from flex_ident.effects.time_delay import TIME_DELAY
 from flex_ident.effects.torque_droop import TORQUE_DROOP
@@ -54,6 +57,9 @@ CATALOGUE: dict[str, Effect] = {
         SECOND_MODE,
         PRESLIDING_FRICTION,
         MOUNT_MODE,
+        MOTOR_FRICTION_CURVE,
+        MOTOR_ANGLE_CURVE,
+        SPRING_CURVE_EFFECT,
     )
 }
 
@@ -70,6 +76,17 @@ def parameter_named(key: str) -> EffectParameter:
     """The parameter of a flat key, `effect.name`. Raises ConfigurationError on an effect, KeyError on a parameter."""
     effect, name = key_parts(key)
     return effect_named(effect or key).parameter(name)
+
+
+def is_fixed(key: str) -> bool:
+    """Whether a flat key is given and never fitted. Raises ConfigurationError on an effect, KeyError on a parameter."""
+    return key_parts(key)[0] is not None and parameter_named(key).fixed
+
+
+def told_key(key: str) -> str:
+    """A flat key as people are told of it: of an effect that is a table, the effect's name instead of each point's."""
+    effect = CATALOGUE.get(key_parts(key)[0] or "")
+    return key if effect is None or effect.curve is None else effect.name
 
 
 def trade_error(key: str, values: Mapping[str, float]) -> float:
@@ -92,3 +109,6 @@ def check_effect_parameters(name: str, parameters: dict[str, float]) -> None:
         if not known[key].lower <= value <= known[key].upper:
             text, p = key_text(name, key), known[key]
             raise ConfigurationError(f"{text} is {value}: expected {p.lower} to {p.upper} {p.unit}.")
+    why = effect.curve.complaint(parameters) if effect.curve is not None else ""
+    if why:
+        raise ConfigurationError(f"effect {name} {why}.")

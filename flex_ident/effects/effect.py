@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from flex_ident.effects.curve import Curve
 from flex_ident.effects.probe import Probe, Scales
 from flex_ident.effects.starting import Scans, Start
 from flex_ident.parameters.prior import Prior
@@ -35,6 +36,8 @@ class EffectParameter:
     upper: float = float("inf")
     angle: bool = False
     """An angle: it has no size, and no limit that would mean anything."""
+    fixed: bool = False
+    """Given and never fitted: where a point of a curve lies."""
 
     @property
     def on_link(self) -> bool:
@@ -96,6 +99,8 @@ class Effect:
     """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
     reach: Callable[[Mapping[str, float], Mapping[str, float]], str] | None = None
     """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
+    curve: Curve | None = None
+    """The effect is no law but a table that is measured: for what no law of the catalogue closes."""
     trades_with: tuple[str, ...] = ()
     """Base keys that stand in for it but for little."""
     trade_error: float = 0.0
@@ -112,3 +117,5 @@ class Effect:
         """Add its parameters, those in `values`, to the vector of terms (len(Term),) in place."""
         for parameter in self.parameters:
             terms[parameter.term] += parameter.factor * values.get(parameter.name, 0.0)
+        if self.curve is not None:
+            terms[self.curve.table.points] += len(self.curve.points_in(values))

@@ -193,14 +193,12 @@ def refined(
     step: Callable[[], None] = lambda: None,
 ) -> tuple[SteadyFit, Fit]:
     """The fit over `keys` and all nuisances from values of a model that is nearly right. Raises ExcitationError."""
-    solver = SteadyFit(problem, priors=priors, local=True)
+    solver, every = SteadyFit(problem, priors=priors, local=True), tuple(dict.fromkeys((*keys, *priors)))
     fit: Fit | None = None
     for done, (iterations, tolerance) in enumerate(ROUNDS):
         _refuse_runaway(problem, values)
         whitenings, state = solver.whitenings(values), done < STATE_ROUNDS
-        fit = solver.finished(
-            (*keys, *priors), values, whitenings, iterations=iterations, tolerance=tolerance, state=state
-        )
+        fit = solver.finished(every, values, whitenings, iterations=iterations, tolerance=tolerance, state=state)
         moved = np.array([fit.values[k] - values.get(k, np.inf) for k in fit.free])
         values = fit.values
         step()
@@ -221,7 +219,7 @@ def rough_values(
     """The fit over `keys` and the nuisances that any model can tell, weighted by all that is left; `step` is called
     after each round. Raises ExcitationError."""
     rough = SimulationFit(problem, priors=priors)
-    few = (*keys, *(k for k in priors if k not in LATER))
+    few = tuple(dict.fromkeys((*keys, *(k for k in priors if k not in LATER))))
     values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
     for iterations, tolerance in FIRST_ROUNDS:
         _refuse_runaway(problem, values)

@@ -17,6 +17,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.friction_curve import FrictionCurve
 from flex_ident.recording import Floats
+from flex_ident.simulation.curves import bend
 from flex_ident.simulation.terms import Term
 
 TAKEN_OFF = ("MX", "MY")
@@ -75,19 +76,10 @@ def friction_curve(problem: FitProblem, fit: Fit, uncertainty: Uncertainty) -> F
     signed = np.concatenate((-np.ones(sides[0].size), np.ones(sides[1].size)))
     found, std = values[known:][holds], np.sqrt(np.diag(covariance))[known:][holds]
     bent = np.concatenate(
-        [_bend(nodes, own) for nodes, own in zip(sides, np.split(found, [sides[0].size]), strict=True)]
+        [bend(nodes, own) for nodes, own in zip(sides, np.split(found, [sides[0].size]), strict=True)]
     )
     order = np.argsort(speed)
     return FrictionCurve(speed[order], (signed * found)[order], np.hypot(std, CURVE_BEND * bent)[order])
-
-
-def _bend(nodes: Floats, friction: Floats) -> Floats:
-    """How far (k,) each value lies off the straight line between its neighbours; at the ends as next to them."""
-    if nodes.size < 3:
-        return np.zeros(nodes.size)
-    part = (nodes[1:-1] - nodes[:-2]) / (nodes[2:] - nodes[:-2])
-    inner = np.abs(friction[1:-1] - friction[:-2] - part * (friction[2:] - friction[:-2]))
-    return np.concatenate((inner[:1], inner, inner[-1:]))
 
 
 def _nodes(problem: FitProblem, velocity: Floats, share: Floats, sign: float) -> Floats:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from flex_ident.effects import is_fixed, key_named
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.cutoff_sweep import cutoff_notices, swept_cutoffs
 from flex_ident.estimation.estimate import (
@@ -230,7 +231,7 @@ def base_start(
     start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
     if kind == JOINT_SENSOR:
         given = {k: v for k, v in given.items() if k not in MOTOR_KEYS}
-    return tuple(dict.fromkeys((*keys, *given))), start
+    return tuple(dict.fromkeys((*keys, *(k for k in given if not is_fixed(k))))), start
 
 
 def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: float | None) -> dict[str, float] | None:
@@ -301,6 +302,7 @@ def identification_of(
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
             notices.insert(0, Notice(code, "motor_torque"))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
+    placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
     notices += [rigid_link] if rigid_link is not None else []
     for group in estimate.uncertainty.undetermined:
@@ -315,7 +317,7 @@ def identification_of(
         sensors=sensors,
         method=method,
         verdict=verdict,
-        parameters=parameters,
+        parameters=(*parameters, *placed),
         combined=ratios(estimate, parameters) if is_current(recording.notices) else (),
         fit=FitQuality(
             samples=int(rows.sum()),

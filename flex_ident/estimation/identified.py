@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flex_ident.effects import key_named, trade_error
+from flex_ident.effects import key_named, told_key, trade_error
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.thresholds import DRY_REVERSAL_ERROR, FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
@@ -73,5 +73,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     if at_bound:
         low, high = key_bounds(key, {})
         ci95 = (value, value + 1.96 * std) if value - low <= high - value else (value - 1.96 * std, value)
-    identifiable = True if key in MEASUREMENT_KEYS else is_identifiable(estimate, key)
+    # A point of a curve may be nothing; its band says how well it is known.
+    always = key in MEASUREMENT_KEYS or told_key(key) != key
+    identifiable = True if always else is_identifiable(estimate, key)
     return Parameter(key, value, std, key_named(key).unit, identifiable, ci95=ci95, at_bound=at_bound)

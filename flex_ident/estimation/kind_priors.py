@@ -24,6 +24,7 @@ from flex_ident.parameters.effort_kinds import (
     REVERSAL_KEYS,
     RIGID_FRICTION_KEYS,
 )
+from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Recording
 from flex_ident.screening.sketching import effects_in
 
@@ -79,4 +80,5 @@ def kept_priors(priors: Mapping[str, Prior], keys: Sequence[str]) -> dict[str, P
     """The nuisances that the keys leave something to do: without the motor's dry friction none turns over."""
     dry = {"FSm", "FS"} if "J" in keys else {"FSm"}
     has_friction = bool(dry & set(keys)) or any(key_named(k).effect for k in keys)
-    return {k: p for k, p in priors.items() if has_friction or k not in REVERSAL_KEYS}
+    kept = {k: p for k, p in priors.items() if has_friction or k not in REVERSAL_KEYS}
+    return {k: p for k, p in kept.items() if effect_in(k) is None or k in keys}

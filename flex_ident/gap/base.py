@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flex_ident.effects import CATALOGUE, Effect
+from flex_ident.effects import CATALOGUE, Effect, is_fixed
 from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
@@ -38,7 +38,7 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
     )  # fmt: skip
     keys, start = base_start(problem, own, prismatic=options.prismatic)
     keys = tuple(k for k in keys if k not in options.without)
-    start = {k: v for k, v in start.items() if k in keys or k == GRAVITY_REMOVED}
+    start = {k: v for k, v in start.items() if k in keys or _given(k)}
     solver, fit = base_fit(problem, keys, start, base_priors(problem, keys, options.effort_kind))
     kinds = resolved(problem, solver, fit, options.effort_kind)
     fit, keys = kinds.fit, tuple(k for k in kinds.fit.free if k in keys)
@@ -48,12 +48,17 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
         return kinds, ()
     known = known_beforehand(kinds.solver)
     few = tuple(k for k in keys if not (constant and k == "offset"))
-    near = {k: v for k, v in fit.values.items() if k in few or k == GRAVITY_REMOVED}
+    near = {k: v for k, v in fit.values.items() if k in few or _given(k)}
     few = tuple(k for k in few if k not in known)
     priors = {**base_priors(problem, few, late_samples=1.0), **known}
     for key in (k for effect in stood_for for k in effect.shown_by):
         priors.pop(key, None)
     return kinds.refitted(*base_fit(problem, few, near, priors)), tuple(effect.name for effect in stood_for)
+
+
+def _given(key: str) -> bool:
+    """Whether it is never fitted and yet part of the model."""
+    return key == GRAVITY_REMOVED or is_fixed(key)
 
 
 def _stood_for(problem: FitProblem, fit: Fit, options: GapOptions) -> tuple[Effect, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from flex_ident.gap.measured import MeasuredCurve
 from flex_ident.likelihood.repeats import Repeats
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification, Parameter
@@ -67,6 +68,10 @@ class Finding:
     also_considered: tuple[Alternative, ...] = ()
     indistinguishable_from: tuple[str, ...] = ()
     experiment: str = ""
+    curve: MeasuredCurve | None = None
+    """The law as it was measured, of an effect that is a table."""
+    reading: str = ""
+    """That law in words."""
 
 
 @dataclass(frozen=True)

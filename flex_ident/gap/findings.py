@@ -14,6 +14,8 @@ from flex_ident.estimation.identified import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
 from flex_ident.gap.final import gap_of
 from flex_ident.gap.found import Accepted, Search
+from flex_ident.gap.measured import measured_curve
+from flex_ident.gap.reading import read
 from flex_ident.gap.thresholds import PERIODS
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_parts
@@ -30,6 +32,7 @@ def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Esti
         Alternative(t.effect, gap_of(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
     )[:3]
     effect = effect_named(trial.effect)
+    curve = measured_curve(estimate, trial.effect)
     return Finding(
         effect=trial.effect,
         verdict="by_hand" if accepted.by_hand else "accepted",
@@ -41,6 +44,8 @@ def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Esti
         also_considered=others,
         indistinguishable_from=accepted.ties,
         experiment=effect.separated_by if accepted.ties else "",
+        curve=curve,
+        reading="" if curve is None else read(curve),
     )
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 from flex_ident.effects import effect_named
 from flex_ident.errors import DataError, ExcitationError
+from flex_ident.gap.curves import curve_candidates, curved
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.options import GapOptions
@@ -67,8 +68,8 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
             if best.effect in led_on:
                 break
             led_on.add(best.effect)
-    progress(1.0, "searched")
-    return only_a_cause(search, solver, base)
+    progress(1.0, "measuring curves")
+    return only_a_cause(curved(search, solver, base, options), solver, base)
 
 
 def _part(progress: Progress, start: float, share: float, text: str) -> None:
@@ -199,14 +200,20 @@ def _words(score: Score) -> str:
 
 def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     """The search with an effect put in, whatever speaks against it. Raises DataError."""
+    curves = list(curve_candidates(effect_named(name), search.solver.problem, search.fit.values))
+    if curves and name not in effects_in(search.fit.free):
+        return _with_trial(search, curves[-1], [{**search.fit.values, **curves[-1].start((1.0,))}])
     tries = list(_candidates(search, (name,), options))
     found = scores(search.solver, search.fit, tries)
     if not found:
         already = name in effects_in(search.fit.free)
         why = "is in the model already" if already else "makes no sense for this joint and these sensors"
         raise DataError(f"--add {name}: it {why}.")
-    starts = starts_of(search.solver, search.fit, found[0])
-    trial = tried(search.solver, search.fit, found[0].candidate, starts, search.own_error())
+    return _with_trial(search, found[0].candidate, starts_of(search.solver, search.fit, found[0]))
+
+
+def _with_trial(search: Search, candidate: Candidate, starts: Sequence[Mapping[str, float]]) -> Search:
+    trial = tried(search.solver, search.fit, candidate, starts, search.own_error())
     search.accepted.append(Accepted(trial, True, search.fit, ()))
     search.solver, search.fit = trial.solver, final_polish(trial.solver, trial.fit)
     return search

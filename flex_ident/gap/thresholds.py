@@ -44,3 +44,24 @@ WORTH_ANOTHER = 0.8
 CARRIED_T = 2.5
 """The t over blocks from which a recording confirms, or below whose negative it contradicts, an effect as others have
 it: that of `HELD_OUT_T` for what saves little."""
+MOST_CURVES = 2
+"""Laws that are measured as curves, at most: of what is left after two a third would tell little."""
+CURVE_COUNTS = (4, 8, 12)
+"""Points of a curve, at most, in each direction of motion, or twice as many over a range; each number is tried."""
+CURVE_EDGE = 0.001
+"""Share of the samples beyond the last point of a curve."""
+CURVE_SECONDS = 0.1
+"""Time that the recording must spend around each point."""
+CURVE_BEND = 0.1
+"""Share of a point's distance from the line between its neighbours that counts as the curve's error there, one standard
+deviation: a cubic follows what bends evenly, not what bends once more between two points. Set on seed 1 of
+`bench/unnamed_laws.py`, where 0.05 covered 81 % of one of three laws."""
+IN_BAND = 0.95
+"""Share of a curve's length at which a named law must lie within the band to be what it looks like."""
+ALIKE = 0.01
+"""Share of the largest torque of a curve by which a law may miss it where the band is narrower than that."""
+NOTHING = 0.02
+"""Share of the largest torque of a curve under which a part of a law is not worth a word."""
+CURVE_SHARE = 0.5
+"""Share of the closable gap that a curve must close: a law that is free over its variable leaves little of what depends
+on it. One of 22 clean recordings of `bench/unnamed_laws.py --clean`, seed 92, had a curve that closed a quarter."""

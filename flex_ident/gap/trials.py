@@ -25,7 +25,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import effect_in
 from flex_ident.screening.candidates import Candidate
-from flex_ident.screening.sketching import extended_solver, raced
+from flex_ident.screening.sketching import effects_in, extended_solver, raced
 
 ITERATIONS = 10
 ROUNDS = 6
@@ -86,11 +86,11 @@ def compared(solver: SteadyFit, before: Fit, after: Fit, candidate: Candidate, o
 def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
-        return _descended(solver, keys, starts[0], fit)
-    return _descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
+        return descended(solver, keys, starts[0], fit)
+    return descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
 
 
-def _descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
+def descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
     """The fit from one start, under the noise of the fit without the candidate; on a long way with noise taken anew."""
     found = solver.solve(keys, start, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
     for _ in range(ROUNDS):
@@ -124,8 +124,18 @@ def deepened(trial: Trial, before: Fit, own_error: float) -> Trial:
 def without(solver: SteadyFit, fit: Fit, base: Sequence[str], kept: Sequence[Candidate]) -> Fit:
     """The model of a fit refitted with only some of its effects, on the free keys of the base."""
     reduced, keys = extended_solver(solver, base, *kept)
-    values = {k: v for k, v in fit.values.items() if k in keys or effect_in(k) is None}
+    values = values_with(fit.values, keys)
     return reduced.solve(keys, values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
+
+
+def values_with(values: Mapping[str, float], keys: Sequence[str]) -> dict[str, float]:
+    """The values of the base, of the effects' `keys`, and where the points of their curves lie."""
+    there = effects_in(keys)
+    return {k: v for k, v in values.items() if k in keys or effect_in(k) is None or _fixed_in(k, there)}
+
+
+def _fixed_in(key: str, effects: Sequence[str]) -> bool:
+    return effect_in(key) in effects and parameter_named(key).fixed
 
 
 def closed_share(solver: SteadyFit, before: Fit, after: Fit) -> tuple[float, float, float]:

@@ -17,14 +17,16 @@ Words = Callable[[str], str]
 def prismatic_explanation(explanation: GapExplanation) -> GapExplanation:
     """The explanation with the units of a prismatic joint, in its texts too: N, m and kg."""
     e = _converted(explanation, prismatic(explanation.final), notices_in_metres(explanation.notices), unit_in_metres)
-    return replace(e, findings=tuple(_finding(f, in_metres, _force_in_newtons) for f in e.findings))
+    return replace(e, findings=tuple(_finding(f, in_metres, _force_in_newtons, unit_in_metres) for f in e.findings))
 
 
 def explanation_in_amperes(explanation: GapExplanation) -> GapExplanation:
     """The explanation of an effort that is a current of unknown scale: A instead of N m or N."""
     final, notices = in_amperes(explanation.final), notices_in_amperes(explanation.notices)
     e = _converted(explanation, final, notices, unit_in_amperes)
-    return replace(e, findings=tuple(_finding(f, parameter_in_amperes, unit_in_amperes) for f in e.findings))
+    return replace(
+        e, findings=tuple(_finding(f, parameter_in_amperes, unit_in_amperes, unit_in_amperes) for f in e.findings)
+    )
 
 
 def _converted(
@@ -47,8 +49,12 @@ def _force_in_newtons(evidence: str) -> str:
     return evidence.replace(" N m;", " N;")
 
 
-def _finding(found: Finding, converted: Callable[[Parameter], Parameter], words: Words) -> Finding:
-    return replace(found, parameters=tuple(converted(p) for p in found.parameters), evidence=words(found.evidence))
+def _finding(found: Finding, converted: Callable[[Parameter], Parameter], words: Words, unit_of: Words) -> Finding:
+    curve = None if found.curve is None else replace(found.curve, unit=unit_of(found.curve.unit))
+    return replace(
+        found, parameters=tuple(converted(p) for p in found.parameters), evidence=words(found.evidence), curve=curve,
+        reading=unit_of(found.reading),
+    )  # fmt: skip
 
 
 def _region(one: Region, words: Words) -> Region:

@@ -9,10 +9,11 @@ from flex_ident.errors import ExcitationError
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.thresholds import MOST_OF_IT
-from flex_ident.gap.trials import closed_share, compared, final_polish, tried, without
+from flex_ident.gap.trials import closed_share, compared, final_polish, tried, values_with, without
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.keys import effect_in
 
 
 def weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
@@ -66,8 +67,8 @@ def rebuilt(search: Search, order: Sequence[Accepted], solver: SteadyFit, base: 
     for a in order:
         candidate = a.trial.candidate
         known = (*base.free, *(k for b in again.accepted for k in b.trial.candidate.keys), *candidate.keys)
-        near = {k: v for k, v in search.fit.values.items() if k in known}
-        far = {**again.fit.values, **{k: search.fit.values[k] for k in candidate.keys}}
+        near = values_with({k: v for k, v in search.fit.values.items() if k in known or effect_in(k)}, known)
+        far = {**again.fit.values, **{k: v for k, v in near.items() if effect_in(k) == candidate.effect}}
         starts = [{**again.fit.values, **near}, far]
         trial = tried(again.solver, again.fit, candidate, starts, again.own_error())
         again.accepted.append(Accepted(trial, a.by_hand, again.fit, a.others))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.gauge import prior_root
 from flex_ident.likelihood.thresholds import WEAK_SINGULAR_VALUE
 from flex_ident.recording import Floats
 
@@ -57,7 +58,7 @@ def uncertainty_of(fit: Fit, rate_hz: float) -> Uncertainty:
     information = jacobian.T @ jacobian
     scale = np.sqrt(np.diag(information + prior))
     scale[scale == 0.0] = 1.0
-    scaled = np.concatenate((jacobian / scale, np.diag(np.sqrt(np.diag(prior))) / scale))
+    scaled = np.concatenate((jacobian / scale, prior_root(prior) / scale))
     _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
     weak = singular < WEAK_SINGULAR_VALUE * singular[0]
     undetermined = []

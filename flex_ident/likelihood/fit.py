@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
+from flex_ident.likelihood.gauge import agreed, gauge_information
 from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.whitening import Whitening, settled, whitening_of
@@ -200,8 +201,10 @@ class SimulationFit:
             if x[i] - lower[i] < near or upper[i] - x[i] < near:
                 x[i] = lower[i] if x[i] - lower[i] < near else upper[i]
                 at_bound.append(key)
-        found = unpacked(x)
-        if (x != reached).any():
+        moved = unpacked(x)
+        found = agreed(keys, moved, lambda k: key_bounds(k, self.priors))
+        at_bound = [k for k in at_bound if found[k] == moved[k]]
+        if (x != reached).any() or found != moved:
             return replace(self.linearised(keys, found, whitenings, tuple(at_bound)), converged=converged)
         count = rest.size - len(prior_keys)
         units = np.where(logarithmic, [found[k] for k in keys], scale)
@@ -223,6 +226,7 @@ class SimulationFit:
         for i, key in enumerate(keys):
             if key in self.priors:
                 information[i, i] = 1.0 / self.priors[key].std ** 2
+        information += gauge_information(keys, values, at_bound, self.priors)
         rest = known[0] if known else self.whitened_residual(values, whitenings)
         slope = known[1] if known else self.whitened_jacobian(values, keys, whitenings)
         # A simulation that runs away beside the optimum tells nothing of its slope: such columns are undetermined.

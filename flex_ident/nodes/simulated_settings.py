@@ -7,18 +7,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from flex_ident.configuration.settings import Setting, Value
 from flex_ident.effects import check_effect_parameters
 from flex_ident.effects.catalogue import CATALOGUE
+from flex_ident.effects.curve import TORQUE, Curve
 from flex_ident.effects.effect import Effect
 from flex_ident.errors import ConfigurationError
 from flex_ident.nodes.declared import current, declare, refuse_unknown
 from flex_ident.nodes.usage import Usage
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel, read_joint_model
 from flex_ident.parameters.parameter import NON_NEGATIVE
+from flex_ident.simulation.terms import MOST_POINTS
 from flex_ident.virtual_joint import COBOT_JOINT, INTERFACES, Drive, Instruments, Interface, ample_effort, drive_for
 
 FAULTS = ("none", "stop", "freeze", "nan", "time_jump", "lose_joint")
@@ -49,6 +52,10 @@ LISTS = {
     "other_joints": "further joints that stand still and take no commands",
     "controller.joints": "joints in the order of a forward command; empty: joint, then other_joints",
 }
+TABLES = {
+    f"effects.{effect.name}.{name}": f"{effect.summary}: {name} at its points"
+    for effect in CATALOGUE.values() if effect.curve is not None for name in (effect.curve.at, TORQUE)
+}  # fmt: skip
 MODEL_FILE = Setting("model_file", "", "a model.yaml; single parameters win over it; without it a cobot's joint")
 RIGID = Setting(
     "J", 0.0, "inertia of a joint without a spring, kg m^2; 0: the joint has a spring", lower=0.0, upper=1e9
@@ -158,8 +165,33 @@ def effect_settings(effect: Effect, base: JointModel) -> list[Setting]:
     ]  # fmt: skip
 
 
+def _table(node: Node, effect: Effect, curve: Curve, base: JointModel) -> dict[str, float]:
+    """The parameters of an effect that is a table, from two lists; none where both are empty or a zero alone.
+
+    Raises ConfigurationError.
+    """
+    rows = []
+    for name, default in zip((curve.at, TORQUE), curve.table_in(base.effects.get(effect.name, {})), strict=True):
+        key = f"effects.{effect.name}.{name}"
+        text = f"{TABLES[key]}; 0 alone: none"
+        node.declare_parameter(key, default.tolist() or [0.0], ParameterDescriptor(description=text, read_only=True))
+        rows.append([float(x) for x in node.get_parameter(key).value])
+    if rows == [[0.0], [0.0]]:
+        return {}
+    if len(rows[0]) != len(rows[1]) or len(rows[0]) > MOST_POINTS:
+        raise ConfigurationError(
+            f"effects.{effect.name} has {len(rows[0])} values of {curve.at} and {len(rows[1])} of {TORQUE}: expected "
+            f"as many, {MOST_POINTS} at most."
+        )
+    found = curve.parameters_of(np.array(rows[0]), np.array(rows[1]))
+    check_effect_parameters(effect.name, found)
+    return found
+
+
 def _effect(node: Node, effect: Effect, base: JointModel) -> dict[str, float]:
     """The effect's parameters; none when all are zero. Raises ConfigurationError."""
+    if effect.curve is not None:
+        return _table(node, effect, effect.curve, base)
     settings = effect_settings(effect, base)
     read = {key.rsplit(".", 1)[1]: float(value) for key, value in _declared(node, settings).items()}
     given = {name: value for name, value in read.items() if value}
@@ -181,6 +213,6 @@ USAGE = Usage(
     "A virtual robot joint (two masses, a spring, friction, gravity, any effect of the catalogue) that takes the "
     "commands and publishes the topics of a robot.",
     (*SETTINGS, FAULT, MODEL_FILE, *model_settings(FLEXIBLE_KEYS, COBOT_JOINT), RIGID,
-     *(s for effect in CATALOGUE.values() for s in effect_settings(effect, COBOT_JOINT))),
-    LISTS,
+     *(s for effect in CATALOGUE.values() if effect.curve is None for s in effect_settings(effect, COBOT_JOINT))),
+    {**LISTS, **TABLES},
 )  # fmt: skip

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
-import yaml
-
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters.documents import yaml_document
 from flex_ident.parameters.keys import key_parts, key_text
 from flex_ident.parameters.parameter import FLEXIBLE_KEYS, NON_NEGATIVE, RIGID_KEYS
+from flex_ident.parameters.tables import as_lists, numbered, yaml_text
 from flex_ident.recording.names import harmless, path_text, shortened
 
 SCHEMA = "flex_ident/model/1"
@@ -63,9 +62,9 @@ class JointModel:
         """Write `model.yaml`."""
         content = {
             "schema": SCHEMA, "joint": self.joint, "parameters": dict(self.parameters),
-            "effects": {name: dict(p) for name, p in self.effects.items()},
+            "effects": {name: as_lists(p) for name, p in self.effects.items()},
         }  # fmt: skip
-        Path(path).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        Path(path).write_text(yaml_text(content), encoding="utf-8")
 
 
 def read_joint_model(path: Path) -> JointModel:
@@ -82,7 +81,7 @@ def read_joint_model(path: Path) -> JointModel:
     try:
         parameters = _numbers(content.get("parameters"), "parameters")
         effects = {
-            harmless(str(name)): _numbers(own, f"effects.{harmless(str(name))}")
+            harmless(str(name)): _numbers(_without_lists(own), f"effects.{harmless(str(name))}")
             for name, own in _mapping(content.get("effects"), "effects").items()
         }
         for key, value in parameters.items():
@@ -99,6 +98,16 @@ def _mapping(content: object, where: str) -> dict[object, object]:
     if not isinstance(content, dict):
         raise ConfigurationError(f"{where} is {shortened(content)}: expected keys and values.")
     return content
+
+
+def _without_lists(content: object) -> object:
+    """An effect's section with the items of its lists under their numbered names."""
+    if not isinstance(content, dict):
+        return content
+    found: dict[object, object] = {}
+    for key, value in content.items():
+        found.update(numbered(str(key), value) if isinstance(value, list) else {key: value})
+    return found
 
 
 def _numbers(content: object, where: str) -> dict[str, float]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flex_ident.effects import told_key
 from flex_ident.parameters import Identification
 from flex_ident.recording import Recording
 from flex_ident.report.units import words_of
@@ -25,7 +26,7 @@ def answer_content(result: Identification, recording: Recording) -> dict[str, An
 def answer_text(result: Identification, recording: Recording) -> str:
     """One line: what this recording can answer."""
     told = answer_content(result, recording)
-    known = [p.key for p in result.parameters if p.identifiable]
+    known = list(dict.fromkeys(told_key(p.key) for p in result.parameters if p.identifiable))
     band = "" if told["band_hz"] is None else f" up to {told['band_hz']:.3g} Hz"
     swing = words_of(result)(f"{told['range']:.3g} rad")
     others = ", ".join(told["other_joints"])

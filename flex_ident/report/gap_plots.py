@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flex_ident.gap.explanation import GapExplanation, Profile
 from flex_ident.recording import Floats
+from flex_ident.report.curve_plot import curve_name, curve_plot
 from flex_ident.report.figures import (
     LINK,
     MEASURED,
@@ -194,4 +195,7 @@ def gap_figures(explanation: GapExplanation) -> dict[str, bytes]:
     figures = {"gap_steps": steps_plot(explanation), "gap_where": regions_plot(explanation)}
     if explanation.curves is not None:
         figures["gap_torque"] = torque_gap_plot(explanation)
+    for finding in explanation.findings:
+        if finding.curve is not None:
+            figures[curve_name(finding.effect)] = curve_plot(finding.curve, explanation.unit)
     return figures

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import effect_named, told_key
 from flex_ident.gap.explanation import GapExplanation
 from flex_ident.parameters import Parameter
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
 from flex_ident.report.advice import told
+from flex_ident.report.curve_plot import curve_name
 from flex_ident.report.figures import embedded
 from flex_ident.report.gap_table import SUMMARY, change, closed_share, do_first, finding_text, others_text, warnings_of
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
@@ -30,7 +31,7 @@ def gap_html(explanation: GapExplanation, recording: Recording, figures: Mapping
     sections = [
         *_read_first(e),
         Section("What each step bought", images=_image(figures, "gap_steps", "gap of each model")),
-        *_findings(e),
+        *_findings(e, figures),
         *_unexplained(e),
         _where(e, figures),
         Section("The torque before and after", images=_image(figures, "gap_torque", "torque before and after")),
@@ -56,7 +57,7 @@ def _image(figures: Mapping[str, bytes], name: str, alt: str) -> tuple[Image, ..
     return (Image(embedded(figures[name]), alt),) if name in figures else ()
 
 
-def _findings(e: GapExplanation) -> list[Section]:
+def _findings(e: GapExplanation, figures: Mapping[str, bytes]) -> list[Section]:
     sections = []
     for f in e.findings:
         items = [f"Equation: {effect_named(f.effect).equation}", f.evidence[0].upper() + f.evidence[1:]]
@@ -65,7 +66,9 @@ def _findings(e: GapExplanation) -> list[Section]:
         if f.indistinguishable_from:
             names = ", ".join(n.replace("_", " ") for n in f.indistinguishable_from)
             items.append(f"This recording cannot tell it from {names}; what would: {f.experiment}")
-        sections.append(Section(f"Found: {f.effect.replace('_', ' ')}", (finding_text(f),), tuple(items)))
+        images = _image(figures, curve_name(f.effect), "the measured law with its 95 % band")
+        title = f"Found: {f.effect.replace('_', ' ')}"
+        sections.append(Section(title, (finding_text(f),), tuple(items), images=images))
     return sections
 
 
@@ -89,7 +92,7 @@ def _model(e: GapExplanation) -> Section:
     rows = tuple(
         Row((*parameter_row(p)[:5], _meaning(e, p), "yes" if p.identifiable else "no"),
             not p.identifiable)
-        for p in e.final.parameters
+        for p in e.final.parameters if told_key(p.key) == p.key
     )  # fmt: skip
     return Section(
         "The model with what was found", ("All parameters were identified again together; model.yaml holds them.",),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from flex_ident.gap.explanation import Finding, GapExplanation, Region
+from flex_ident.gap.measured import MeasuredCurve
 from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Parameter
 from flex_ident.report import schemas
@@ -40,10 +41,19 @@ def _finding(f: Finding) -> dict[str, Any]:
         "gap_after": f.gap_after, "parameters": {p.key: _parameter(p) for p in f.parameters}, "evidence": f.evidence,
         "also_considered": [{"effect": a.effect, "gap_after": _finite(a.gap_after)} for a in f.also_considered],
     }  # fmt: skip
+    if f.curve is not None:
+        content["curve"] = _curve(f.curve, f.reading)
     if f.indistinguishable_from:
         content["indistinguishable_from"] = list(f.indistinguishable_from)
         content["experiment"] = f.experiment
     return content
+
+
+def _curve(c: MeasuredCurve, reading: str) -> dict[str, Any]:
+    """A measured law: torque at places of a variable, the ends of its 95 % band, and what it looks like."""
+    rows = {"at": c.at, "torque": c.torque, "lower": c.lower, "upper": c.upper, "points": c.points}
+    listed = {name: [float(x) for x in row] for name, row in rows.items()}
+    return {"variable": c.variable, "unit": c.unit, "reading": reading, **listed}
 
 
 def _repeats(r: Repeats | None) -> dict[str, float] | None:

@@ -26,6 +26,8 @@ def finding_text(finding: Finding) -> str:
         f"{p.key} {rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)} {p.unit}".removesuffix(" 1").rstrip()
         for p in finding.parameters
     )
+    if finding.curve is not None:
+        numbers = finding.reading
     how = "put in by hand" if finding.verdict == "by_hand" else f"confidence {finding.confidence:.2f}"
     return f"{finding.effect}: {effect_named(finding.effect).summary} ({numbers}; {how})"
 

@@ -51,8 +51,9 @@ class Candidate:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """All flat keys of the effect."""
-        return tuple(self.probes[0])
+        """The flat keys of the effect that are fitted."""
+        effect = effect_named(self.effect)
+        return tuple(self._flat(k) for k in self.probe.columns[0] if not effect.parameter(k + self.suffix).fixed)
 
     @property
     def cycles(self) -> str:
@@ -77,14 +78,17 @@ class Candidate:
 def candidates(
     problem: FitProblem, values: Mapping[str, float], *, effects: tuple[str, ...] = (), prismatic: bool = False
 ) -> Iterator[Candidate]:
-    """Every candidate that makes sense for this problem and is not part of the model yet, as often as it may be.
+    """Every law that makes sense for this problem and is not part of the model yet, as often as it may be, nor of a
+    curve that is.
 
     `effects` restricts the catalogue where it is not empty; what slides (`prismatic`) has no first moments.
     """
     scales = scales_of(problem, values, prismatic=prismatic)
+    curves = (effect_named(name).curve for name in map(effect_in, values) if name is not None)
+    held = {name for curve in curves if curve is not None for name in curve.contains}
     for name, effect in CATALOGUE.items():
         suffix = _unused(effect, values)
-        if suffix is None or (effects and name not in effects):
+        if suffix is None or (effects and name not in effects) or effect.curve is not None or name in held:
             continue
         if (effect.needs_spring and problem.rigid) or (effect.needs_link and problem.link is None):
             continue

@@ -10,6 +10,7 @@ import numpy as np
 
 from flex_ident.effects import CATALOGUE
 from flex_ident.likelihood.fit import Fit, SimulationFit
+from flex_ident.likelihood.gauge import prior_root
 from flex_ident.likelihood.links import usable_cores
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
@@ -94,8 +95,7 @@ def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]
 def following_of(fit: Fit) -> Floats:
     """How the model's free values follow (p, r) a change of the whitened residual that is to be made up for."""
     inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
-    known = np.sqrt(np.diag(fit.prior_information))[inside]
-    rows = np.concatenate((fit.jacobian[:, inside], np.diag(known)))
+    rows = np.concatenate((fit.jacobian[:, inside], prior_root(fit.prior_information[np.ix_(inside, inside)])))
     scale = np.linalg.norm(rows, axis=0)
     scale[scale == 0.0] = 1.0
     following = np.zeros((len(fit.free), fit.residual.size))

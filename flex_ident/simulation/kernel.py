@@ -14,7 +14,8 @@ import numpy as np
 
 from flex_ident.recording import Floats
 from flex_ident.simulation.compiled import compiled
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.curves import tabulated
+from flex_ident.simulation.terms import SPRING_CURVE, Term
 
 K, K3, HALF_GAP = int(Term.STIFFNESS), int(Term.CUBIC_STIFFNESS), int(Term.HALF_GAP)
 HYS, HYS_D, DAMP = int(Term.HYSTERESIS_TORQUE), int(Term.HYSTERESIS_DEFLECTION), int(Term.SPRING_DAMPING)
@@ -24,6 +25,7 @@ FV_ASYM, FV_QUAD = int(Term.LINK_VISCOUS_ASYMMETRY), int(Term.LINK_VISCOUS_QUADR
 STRIBECK, STRIBECK_V = int(Term.LINK_STRIBECK), int(Term.LINK_STRIBECK_VELOCITY)
 LOAD, RATE = int(Term.LINK_LOAD_FRICTION), int(Term.FRICTION_RATE)
 J2, K2, D2 = int(Term.SECOND_INERTIA), int(Term.SECOND_STIFFNESS), int(Term.SECOND_DAMPING)
+CURVE = int(SPRING_CURVE.points)
 SOFT, SOFT_T = int(Term.SOFT_FRICTION), int(Term.SOFT_FRICTION_TIME)
 Q0, V0 = int(Term.INITIAL_DEFLECTION), int(Term.INITIAL_VELOCITY)
 RUNAWAY = 100.0
@@ -51,7 +53,10 @@ def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
             e = d + gap
         else:
             e = 0.0
-    return float(p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z)
+    torque = p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z
+    if p[CURVE] > 0.0:
+        torque += tabulated(p, CURVE, d)
+    return float(torque)
 
 
 @compiled

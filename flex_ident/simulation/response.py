@@ -11,11 +11,12 @@ from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES, side_by_side, simulated_alone, simulated_links
 from flex_ident.simulation.bristles import bristle_torque
 from flex_ident.simulation.compiled import COMPILED
+from flex_ident.simulation.curves import curve, one_for_each_direction
 from flex_ident.simulation.harmonics import periodic, periodic_slope, transmission_error
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
 from flex_ident.simulation.mount import simulated_link_on_mount
-from flex_ident.simulation.terms import KINEMATIC_ERRORS, RIPPLES, Term
+from flex_ident.simulation.terms import ANGLE_CURVE, FRICTION_CURVE, KINEMATIC_ERRORS, RIPPLES, Term
 
 
 @dataclass(frozen=True)
@@ -124,6 +125,8 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
     viscous = terms[Term.MOTOR_VISCOUS] * v
     viscous = viscous + terms[Term.MOTOR_VISCOUS_ASYMMETRY] * np.abs(v)
     viscous = viscous + terms[Term.MOTOR_VISCOUS_QUADRATIC] * v * np.abs(v)
+    if terms[FRICTION_CURVE.points] > 0.0:
+        viscous = viscous + one_for_each_direction(*FRICTION_CURVE.of(terms), v, sign)
     warming = 1.0
     if terms[Term.FRICTION_RATE] != 0.0:
         warming = 1.0 + terms[Term.FRICTION_RATE] * motion.sample_time * np.arange(v.size)
@@ -150,6 +153,8 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
         torque = torque - terms[Term.GRAVITY_REMOVED] * weight
     if any(terms[size] != 0.0 for size, *_ in RIPPLES):
         torque = torque + periodic(terms, RIPPLES, motion.position)
+    if terms[ANGLE_CURVE.points] > 0.0:
+        torque = torque + curve(*ANGLE_CURVE.of(terms), motion.position)
     result: Floats = torque
     return result
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -143,6 +144,13 @@ class Term(IntEnum):
     """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
+    # laws as tables: how many points there are, where they lie, and the torque at each
+    _ignore_ = "_law _side _n"
+    for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):
+        vars()[f"{_law}_CURVE_POINTS"] = _side, False, f"{_law}_CURVE_TORQUE_1"
+        for _n in range(1, 25):
+            vars()[f"{_law}_CURVE_AT_{_n}"] = _side, False, f"{_law}_CURVE_TORQUE_{_n}"
+            vars()[f"{_law}_CURVE_TORQUE_{_n}"] = _side, True
 
     @property
     def moves_link(self) -> bool:
@@ -164,6 +172,32 @@ RIPPLES, KINEMATIC_ERRORS = (
     )
 )  # fmt: skip
 """Amplitude, cycles a turn and phase of each harmonic of the ripple, and of the transmission error."""
+
+MOST_POINTS = 24
+"""Of a law that is a table."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The terms of a law that is a table: the number of its points, where they lie, and the torque at each."""
+
+    points: Term
+    at: tuple[Term, ...]
+    torque: tuple[Term, ...]
+
+    def of(self, terms: Floats) -> tuple[Floats, Floats]:
+        """Where the points of a vector of terms lie (k,), and the torque at each (k,), N m; none of no law."""
+        count = int(terms[self.points])
+        return terms[list(self.at[:count])], terms[list(self.torque[:count])]
+
+
+def _table(curve: str) -> Table:
+    at, torque = ([Term[f"{curve}_{what}_{n + 1}"] for n in range(MOST_POINTS)] for what in ("AT", "TORQUE"))
+    return Table(Term[f"{curve}_POINTS"], tuple(at), tuple(torque))
+
+
+FRICTION_CURVE, ANGLE_CURVE, SPRING_CURVE = (_table(f"{law}_CURVE") for law in ("FRICTION", "ANGLE", "SPRING"))
+"""Motor friction over velocity, rad/s; torque over the motor's angle and of the spring over its deflection, rad."""
 
 GRAVITY = 9.81
 """Acceleration of gravity, m/s^2, that turns first moments (kg m) into torque."""

@@ -89,6 +89,10 @@ class P(IntEnum):
     MOUNT_DAMPING = 69
     IRON_LOSS = 70
     TORQUE_DROOP = 71
+    FRICTION_TABLE = 72
+    """Number of points; the place and the torque of each follow."""
+    ANGLE_TABLE = 121
+    SPRING_TABLE = 170
 
 
 BASE = {
@@ -99,7 +103,7 @@ RIGID = {
     "J": P.MOTOR_INERTIA, "FV": P.MOTOR_VISCOUS, "FS": P.MOTOR_DRY, "offset": P.CONSTANT, "MX": P.MASS_X,
     "MY": P.MASS_Y,
 }  # fmt: skip
-EFFECTS = {
+EFFECTS: dict[str, int] = {
     "stribeck_friction.amplitude": P.STRIBECK,
     "stribeck_friction.velocity": P.STRIBECK_SPEED,
     "stribeck_friction.amplitude_link": P.STRIBECK_LINK,
@@ -145,14 +149,26 @@ for _effect, _names in PERIODIC.items():
     for _n in HARMONIC_SUFFIXES:
         for _key, _name in zip(("amplitude", "cycles_per_turn", "phase"), _names, strict=True):
             EFFECTS[key_text(_effect, _key + _n)] = P[f"{_name}{_n}"]
+TABLES = {
+    "motor_friction_curve": ("speed", int(P.FRICTION_TABLE)),
+    "motor_angle_curve": ("angle", int(P.ANGLE_TABLE)),
+    "spring_curve": ("deflection", int(P.SPRING_TABLE)),
+}
+"""Effects that are tables: what they are over, and where each begins."""
+POINTS = 24
+SIZE = int(P.SPRING_TABLE) + 1 + 2 * POINTS
+for _effect, (_at, _first) in TABLES.items():
+    for _point in range(POINTS):
+        EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point
+        EFFECTS[key_text(_effect, f"torque_{_point + 1}")] = _first + 2 + 2 * _point
 
 
 def plant_values(model: JointModel) -> Floats:
-    """The plant's vector (len(P),) for a model with its effects; a rigid one has no spring and moves as one mass.
+    """The plant's vector (SIZE,) for a model with its effects; a rigid one has no spring and moves as one mass.
 
     Raises ConfigurationError on inertias that are not positive, and on an effect that it does not know.
     """
-    values = np.zeros(len(P))
+    values = np.zeros(SIZE)
     for key, index in (RIGID if model.rigid else BASE).items():
         values[index] += model.parameters.get(key, 0.0)
     for effect, parameters in model.effects.items():
@@ -161,6 +177,8 @@ def plant_values(model: JointModel) -> Floats:
             if key not in EFFECTS:
                 raise ConfigurationError(f"the virtual joint has no effect parameter '{key}'.")
             values[EFFECTS[key]] += value
+        if effect in TABLES:
+            values[TABLES[effect][1]] = sum(name.startswith("torque_") for name in parameters)
     for key in ("J",) if model.rigid else ("Jm", "K", "JL"):
         if not model.value(key) > 0.0:
             raise ConfigurationError(f"{key} of the virtual joint is {model.value(key)}: it must be positive.")

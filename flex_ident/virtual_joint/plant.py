@@ -30,6 +30,7 @@ BEND, BEND_ST, BEND_V = int(P.BRISTLE_DEFLECTION), int(P.BRISTLE_STRIBECK), int(
 JB, KB, DB = int(P.MOUNT_INERTIA), int(P.MOUNT_STIFFNESS), int(P.MOUNT_DAMPING)
 SOFT, SOFT_T = int(P.SOFTNESS), int(P.SOFT_TIME)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
+FRICTION_TABLE, ANGLE_TABLE, SPRING_TABLE = int(P.FRICTION_TABLE), int(P.ANGLE_TABLE), int(P.SPRING_TABLE)
 IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
 
 HARMONICS = 5
@@ -63,6 +64,54 @@ def periodic(p: Floats, first: int, angle: float) -> float:
 
 
 @compiled
+def parabola_slope(x0: float, y0: float, x1: float, y1: float, x2: float, y2: float, x: float) -> float:
+    """Slope at `x` of the parabola through three points."""
+    a = y0 * (2.0 * x - x1 - x2) / ((x0 - x1) * (x0 - x2))
+    b = y1 * (2.0 * x - x0 - x2) / ((x1 - x0) * (x1 - x2))
+    return float(a + b + y2 * (2.0 * x - x0 - x1) / ((x2 - x0) * (x2 - x1)))
+
+
+@compiled
+def table_slope(t: Floats, i: int, x: float) -> float:
+    """Slope at point `i` of a table (k, 2) that is at `x`: of the parabola through it and its neighbours."""
+    k = t.shape[0]
+    if k == 2:
+        return float((t[1, 1] - t[0, 1]) / (t[1, 0] - t[0, 0]))
+    j = min(max(i, 1), k - 2)
+    return parabola_slope(t[j - 1, 0], t[j - 1, 1], t[j, 0], t[j, 1], t[j + 1, 0], t[j + 1, 1], x)
+
+
+@compiled
+def looked_up(t: Floats, x: float) -> float:
+    """The torque of a table (k, 2) of places and torques at `x`: a cubic between two points, level beyond the ends."""
+    k = t.shape[0]
+    if k == 1 or x <= t[0, 0]:
+        return float(t[0, 1])
+    if x >= t[k - 1, 0]:
+        return float(t[k - 1, 1])
+    i = int(np.searchsorted(t[:, 0], x, side="right")) - 1
+    h = t[i + 1, 0] - t[i, 0]
+    u = (x - t[i, 0]) / h
+    a, b = table_slope(t, i, t[i, 0]), table_slope(t, i + 1, t[i + 1, 0])
+    one = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * t[i, 1] + u * (1.0 - u) ** 2 * h * a
+    return float(one + u * u * (3.0 - 2.0 * u) * t[i + 1, 1] - u * u * (1.0 - u) * h * b)
+
+
+@compiled
+def table(p: Floats, first: int) -> Floats:
+    """Places and torques (k, 2) of the table that begins at index `first`."""
+    return p[first + 1 : first + 1 + 2 * int(p[first])].reshape(-1, 2)
+
+
+@compiled
+def friction_tables(p: Floats, forwards: bool) -> Floats:
+    """The part (k, 2) of the friction table that is of one direction."""
+    whole = table(p, FRICTION_TABLE)
+    split = int(np.searchsorted(whole[:, 0], 0.0))
+    return whole[split:] if forwards else whole[:split]
+
+
+@compiled
 def gear_ratio(p: Floats, angle: float) -> float:
     """Movement of the spring's motor end over the motor's, at the motor's `angle`, rad."""
     ratio = 1.0
@@ -83,7 +132,14 @@ def elastic_torque(p: Floats, d: float, bristle: float) -> float:
     """Torque of the spring at deflection `d` with its play, hardening and Dahl part, N m."""
     half = 0.5 * p[PLAY]
     engaged = d - half if d > half else (d + half if d < -half else 0.0)
-    return float(p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle)
+    torque = p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle
+    if p[SPRING_TABLE] > 0.0:
+        law = table(p, SPRING_TABLE)
+        inside = min(max(d, law[0, 0]), law[-1, 0])
+        torque += looked_up(law, inside)
+        if law.shape[0] > 1 and d != inside:
+            torque += table_slope(law, 0 if d < inside else law.shape[0] - 1, inside) * (d - inside)
+    return float(torque)
 
 
 @compiled
@@ -159,6 +215,15 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
         load = weight(p, a)
         push -= load
     dry = p[FSM] + p[LF] * abs(load)
+    if p[ANGLE_TABLE] > 0.0:
+        push -= looked_up(table(p, ANGLE_TABLE), a)
+    if p[FRICTION_TABLE] > 0.0:  # what there is at no speed is dry, the rest is added to it
+        forwards = va > 0.0 or (va == 0.0 and push > 0.0)
+        side = friction_tables(p, forwards)
+        if side.shape[0] > 0:
+            slowest = side[0, 1] if forwards else side[-1, 1]
+            dry += slowest if forwards else -slowest
+            push -= warm * (looked_up(side, va) - slowest)
     if p[BEND] > 0.0:
         state[BENT] = bristle_force(p, state[BENT], va, dry, h)
         va = kicked(va, p[JM], push - warm * state[BENT], warm * p[FVM], 0.0, 0.0, 0.0, h)

@@ -39,6 +39,17 @@ EFFECTS: dict[str, dict[str, float]] = {
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
     "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},
+    "motor_friction_curve": {
+        "speed_1": -1.5, "torque_1": -5.0, "speed_2": -0.6, "torque_2": 3.0, "speed_3": -0.1, "torque_3": 1.0,
+        "speed_4": 0.1, "torque_4": -2.0, "speed_5": 0.7, "torque_5": 4.0, "speed_6": 1.6, "torque_6": -3.0,
+    },
+    "motor_angle_curve": {
+        "angle_1": -0.05, "torque_1": 3.0, "angle_2": 0.0, "torque_2": -1.0, "angle_3": 0.03, "torque_3": 4.0,
+    },
+    "spring_curve": {
+        "deflection_1": -6e-3, "torque_1": 6.0, "deflection_2": -2e-3, "torque_2": -2.0, "deflection_3": 3e-3,
+        "torque_3": 4.0, "deflection_4": 6e-3, "torque_4": 9.0,
+    },
 }  # fmt: skip
 WORST_PERCENT = 1.5
 """Difference between the two, of the torque and of the deflection: integrators, sticking, and the low-pass."""
