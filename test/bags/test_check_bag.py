@@ -39,6 +39,7 @@ def test_page_names_topics_joints_and_sampling(tmp_path: Path) -> None:
     assert "can be identified" in text
 
 
+@pytest.mark.slow
 def test_link_encoder_is_seen_with_its_skew(tmp_path: Path) -> None:
     messages = swing(3000)
     for i in range(3000):

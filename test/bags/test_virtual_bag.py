@@ -12,6 +12,7 @@ from flex_ident.errors import UsageError
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, chain_for, virtual_recording
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize("compression", ["", "file", "message"])
 def test_a_virtual_bag_is_read_as_it_was_made(tmp_path: Path, storage: str, compression: str) -> None:

@@ -40,6 +40,7 @@ def lively_bag(path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["rigid", "spring"])
 def test_the_three_commands_agree(model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag = slow_bag(tmp_path / "bag") if model == "rigid" else lively_bag(tmp_path / "bag")

@@ -49,6 +49,7 @@ def identified(seed: int) -> Identification:
     return identify(slow_recording(seed), IdentifyOptions(sensors="motor", rigid=seed > 0))
 
 
+@pytest.mark.slow
 def test_a_slow_recording_has_friction_first_and_no_spring() -> None:
     result = identified(0)
     assert result.model.rigid
@@ -57,6 +58,7 @@ def test_a_slow_recording_has_friction_first_and_no_spring() -> None:
     assert result.friction_curve.speed.size >= 10
 
 
+@pytest.mark.slow
 def test_the_bands_hold_the_law() -> None:
     inside, total = 0, 0
     for seed in range(SEEDS):

@@ -51,6 +51,7 @@ def test_archive_holds_what_identify_bag_says_and_is_made_once(
     assert {p: p.stat().st_mtime_ns for p in (tmp_path / "fleet").iterdir()} == files
 
 
+@pytest.mark.slow
 def test_a_killed_command_goes_on_where_it_was(client: Any, tmp_path: Path) -> None:
     psutil = pytest.importorskip("psutil")
     for seed in range(2):

@@ -336,6 +336,7 @@ def test_a_bomb_is_refused_before_it_bursts(tmp_path: Path, monkeypatch: pytest.
         import_of(csv_file(tmp_path / "a.csv", "time,q,tau", TIME, Q, TAU), tmp_path / "bag")
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path) -> None:
     csv_file(tmp_path / "log.csv", "time,q,tau", TIME, Q, TAU)
     command = [sys.executable, Path(sysconfig.get_path("scripts")) / "flex_ident", "import"]

@@ -101,6 +101,7 @@ def test_bags_of_one_name_go_by_their_paths(bags: Path, tmp_path: Path, capsys: 
     assert content["parameters"]["J"]["std"] < 0.02
 
 
+@pytest.mark.slow
 def test_a_known_mass_gives_the_scale(bags: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     loaded = rigid_bag(tmp_path / "loaded", inertia=2.8, seed=5)
     given = ("--json", "--effort-scale", "0.8", "--out", tmp_path / "out")
