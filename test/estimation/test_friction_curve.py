@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
