@@ -22,6 +22,7 @@ from flex_ident.estimation.thresholds import (
     SURE_OF_MODE,
     WIDE_HZ,
 )
+from flex_ident.estimation.unseen_spring import beside_spring
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.judgement.priorities import REVERSED
@@ -311,6 +312,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
         joined = beside_unseen(joined, solver, fit)
+    joined = beside_spring(joined, solver, fit)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.
