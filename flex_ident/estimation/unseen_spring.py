@@ -22,7 +22,8 @@ from flex_ident.recording import Floats
 def spring_shift(solver: SteadyFit, fit: Fit) -> Floats | None:
     """What a compliance, at its most likely size, would change in the free values (p,) of a rigid joint.
 
-    Less of what is no larger than chance would make it. None for another joint, and where the most likely compliance is less than none.
+    Less of what is no larger than chance would make it. None for another joint, and where the most likely compliance is
+    less than none.
     """
     problem = solver.problem
     if not problem.rigid:
