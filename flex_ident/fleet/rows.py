@@ -24,6 +24,8 @@ TEXTS = (
 )  # fmt: skip
 ENDS = ("parameters", "covariance", "finished_at", "seconds", "result")
 COLUMNS = (*TEXTS, *(name for key in KEYS for name in (key, f"{key}_std")), *ENDS)
+FIRST_DATE_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
+"""A recording that begins before is stamped by a simulation's clock or one that counts from when it was switched on."""
 TIMES, FLAGS = ("recorded_at", "finished_at"), ("again",)
 NUMBERS = ("seconds", *(name for key in KEYS for name in (key, f"{key}_std")))
 """What is no text: times in UTC, yes or no, and numbers."""
@@ -45,7 +47,7 @@ def result_row(common: Row, content: Mapping[str, Any], *, start_time_s: float, 
     row = {
         **common, "joint": content["joint"], "sensors": content["sensors"], "method": content["method"],
         "verdict": content["verdict"], "warnings": ",".join(w["code"] for w in content["warnings"]),
-        "recorded_at": datetime.fromtimestamp(start_time_s, UTC) if start_time_s > 0.0 else None,
+        "recorded_at": datetime.fromtimestamp(start_time_s, UTC) if start_time_s > FIRST_DATE_S else None,
         "parameters": _json(content["parameters"]), "covariance": _json(content.get("covariance")),
         "finished_at": datetime.now(UTC), "seconds": seconds, "result": _json(content),
     }  # fmt: skip
