@@ -55,7 +55,10 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
         return motor
     gain, own, found = tried[0]
     if gain.size > CLEARLY:  # it may be the model to report: fitted as carefully as the other
-        again = refitted(problem, solver, keys, found.values, rough=True, moments=moments)
+        try:
+            again = refitted(problem, solver, keys, found.values, rough=True, moments=moments)
+        except ExcitationError:
+            again = own, found
         better = gain_of(problem, own, fit, again[1])
         likelier = _unlikely(fit.values, usual) - _unlikely(again[1].values, usual)
         if better.size + likelier > gain.size:

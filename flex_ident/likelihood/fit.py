@@ -97,9 +97,16 @@ class SimulationFit:
         self.priors: dict[str, Prior] = dict(priors or {})
 
     def whitenings(self, values: Mapping[str, float]) -> tuple[Whitening, ...]:
-        """The whitening filter of each channel's residual at these values."""
+        """The whitening filter of each channel's residual at these values. Raises ExcitationError."""
         order = int(np.clip(round(MEMORY_S * self.problem.rate_hz), 4, 64))
-        return tuple(whitening_of(r, self.problem.usable, order) for r in self.problem.residuals(values))
+        return tuple(whitening_of(r, self.problem.usable, order) for r in self.finite_residuals(values))
+
+    def finite_residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+        """The residuals (m,) at these values. Raises ExcitationError where the simulation runs away."""
+        residuals = self.problem.residuals(values)
+        if not all(np.isfinite(r).all() for r in residuals):
+            raise ExcitationError("the simulation of a model that was tried runs away: give --first-mode or --model.")
+        return residuals
 
     def rows(self, whitenings: tuple[Whitening, ...]) -> tuple[NDArray[np.int64], ...]:
         """The samples of each channel that a whitened residual is made of."""

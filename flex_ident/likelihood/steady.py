@@ -77,10 +77,10 @@ class SteadyFit(SimulationFit):
         self.local = local
 
     def whitenings(self, values: Mapping[str, float]) -> tuple[Whitening, ...]:
-        """The whitening filter of each channel's noise at these values."""
+        """The whitening filter of each channel's noise at these values. Raises ExcitationError."""
         problem = self.problem
         order = int(np.clip(round(MEMORY_S * problem.rate_hz), 4, 48))
-        torque, *others = residuals = problem.residuals(values)
+        torque, *others = residuals = self.finite_residuals(values)
         shaken, *apart = self.encoder_noise(values)
         friction = dry_friction(values)
         found = NoiseWhitening(noise_whitening(torque, problem.usable, problem.rate_hz, order, shaken))

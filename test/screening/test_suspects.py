@@ -104,7 +104,7 @@ def test_a_suspect_would_move_the_model_as_a_refit_does(quadratic: float, strong
         assert suspect.gap == pytest.approx(float(left), rel=0.02)
 
 
-def test_the_likeliest_is_refitted_further_where_there_is_structure(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_likeliest_is_refitted_further(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sketch that is broken off on its way says too little of what the effect would move."""
     solver, fit = rigid(0.2)
     whole = suspects(solver, fit)[0]
@@ -115,13 +115,12 @@ def test_the_likeliest_is_refitted_further_where_there_is_structure(monkeypatch:
         return replace(there, values=values, cost=0.8 * there.cost + 0.2 * fit.cost)
 
     monkeypatch.setattr("flex_ident.screening.suspects.sketched", part_of_the_way)
-    broken_off = suspects(solver, fit)[0]
-    further = suspects(solver, fit, left=remainder(solver, fit))[0]
-    assert whole.effect == broken_off.effect == further.effect
-    assert further.gain == pytest.approx(whole.gain, rel=0.01)
     own = np.array([uncertainty_of(fit, solver.problem.rate_hz).std(k) for k in fit.free])
-    np.testing.assert_array_less(np.abs(further.shift - whole.shift), 0.1 * own)
-    assert np.max(np.abs(broken_off.shift - whole.shift) / own) > 0.3
+    for left in (None, remainder(solver, fit)):
+        further = suspects(solver, fit, left=left)[0]
+        assert further.effect == whole.effect
+        assert further.gain == pytest.approx(whole.gain, rel=0.01)
+        np.testing.assert_array_less(np.abs(further.shift - whole.shift), 0.1 * own)
 
 
 def test_nothing_hidden_nothing_suspected() -> None:
