@@ -137,9 +137,7 @@ def _part(curve: MeasuredCurve, name: str, size: float, shape: float) -> str:
         case "asymmetry":
             return f"viscous friction that differs by {2.0 * size:.3g} N m s/rad between the directions"
         case "ripple":
-            return (
-                f"a ripple of {abs(size):.3g} N m with {shape:.3g} cycles a turn, of which little more than it was seen"
-            )
+            return f"a ripple of {abs(size):.3g} N m with {shape:.3g} cycles a turn"
         case "spring":
             return f"a spring of {size:.3g} N m/rad to the ground"
         case "cubic":
