@@ -13,7 +13,7 @@ import numpy as np
 from flex_ident.bags.run_file import run_conditions
 from flex_ident.configuration.settings import Value
 from flex_ident.effects import effect_named
-from flex_ident.errors import DataError, ExcitationError, FlexIdentError, UsageError
+from flex_ident.errors import ExcitationError, FlexIdentError, UsageError
 from flex_ident.gap import GapExplanation, explain
 from flex_ident.gap.alike import aligned
 from flex_ident.gap.carried import CarriedOver, carried_over
@@ -24,7 +24,7 @@ from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_e
 from flex_ident.jobs.options import gap_options
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
-from flex_ident.jobs.sets import below, left_out, noted_copy, one_folder, recording_names, texts_of, told_of
+from flex_ident.jobs.sets import below, each_finished, left_out, one_folder, recording_names, texts_of, told_of
 from flex_ident.jobs.several import joined_result, usable
 from flex_ident.jobs.shared_effects import base_values, carried_from_others, its_own
 from flex_ident.notices import Code, Notice
@@ -71,25 +71,13 @@ def finished_gap_set(
     loads = loads_in(texts_of(values.get("payload", "")), known)
     asked = left_out(texts_of(values.get("leave_out", "")), known)
     conditions = [run_conditions(bag) for bag in bags]
-    done: dict[int, FinishedExplanation] = {}
-    notices: list[Notice] = []
-    first_error: DataError | None = None
-    for i, (bag, name) in enumerate(zip(bags, names, strict=True)):
-        if i in asked:
-            notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "asked"}))
-            continue
-        try:
-            done[i] = finished_explanation(
-                bag, values, below(place, name), plots=plots, read=read, progress=told_of(progress, name)
-            )
-        except DataError as error:
-            first_error = first_error or error
-            notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "failed", "why": str(error)}))
-            continue
-        copied = noted_copy(name, done[i].recording, {names[j]: own.recording for j, own in done.items() if j != i})
-        if copied is not None:
-            notices.append(copied)
-            del done[i]
+
+    def one(bag: Path, name: str) -> FinishedExplanation:
+        return finished_explanation(
+            bag, values, below(place, name), plots=plots, read=read, progress=told_of(progress, name)
+        )
+
+    done, notices, first_error = each_finished(bags, names, asked, one)
     used = usable({i: _judged(own.raw) for i, own in done.items()}, names, notices, first_error)
     recordings = [done[i].recording for i in used]
     shared = SecondStage([names[i] for i in used], recordings, [done[i].raw for i in used], options, progress)

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 from flex_ident.configuration.settings import Value
-from flex_ident.errors import UsageError
+from flex_ident.errors import DataError, UsageError
 from flex_ident.jobs.places import Place, bag_name
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording
 from flex_ident.report.folder import folder_name
 
 Progress = Callable[[str, float], None]
+
+
+class _Finished(Protocol):
+    @property
+    def recording(self) -> Recording: ...
+
+
+Done = TypeVar("Done", bound=_Finished)
+"""What a job makes of one recording, which it holds."""
 SEPARATOR = ";"
 """Between the texts of a setting that may be given several times."""
 
@@ -48,6 +58,34 @@ def noted_copy(name: str, recording: Recording, others: Mapping[str, Recording])
         if recording.sha256 and recording.sha256 == known.sha256 and recording.joint == known.joint:
             return Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "copy", "of": other})
     return None
+
+
+def each_finished(
+    bags: Sequence[Path], names: Sequence[str], asked: Collection[int], finished: Callable[[Path, str], Done]
+) -> tuple[dict[int, Done], list[Notice], DataError | None]:
+    """What `finished` makes of each recording and its name, by index; why others were left out, and the first error.
+
+    Left out are those that were `asked` for, those that cannot be used, and copies.
+    """
+    done: dict[int, Done] = {}
+    notices: list[Notice] = []
+    first_error: DataError | None = None
+    for i, (bag, name) in enumerate(zip(bags, names, strict=True)):
+        if i in asked:
+            notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "asked"}))
+            continue
+        try:
+            one = finished(bag, name)
+        except DataError as error:
+            first_error = first_error or error
+            notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "failed", "why": str(error)}))
+            continue
+        copied = noted_copy(name, one.recording, {names[j]: own.recording for j, own in done.items()})
+        if copied is not None:
+            notices.append(copied)
+        else:
+            done[i] = one
+    return done, notices, first_error
 
 
 def set_name(bags: Sequence[Path]) -> str:

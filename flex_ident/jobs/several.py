@@ -13,7 +13,7 @@ from flex_ident.errors import DataError, UsageError
 from flex_ident.jobs.identifying import FinishedIdentification, Progress, finished_identification
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
-from flex_ident.jobs.sets import below, left_out, noted_copy, one_folder, recording_names, texts_of, told_of
+from flex_ident.jobs.sets import below, each_finished, left_out, one_folder, recording_names, texts_of, told_of
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Covariance, Identification
 from flex_ident.parameters.current import in_amperes, is_current, notices_in_amperes, parameter_in_amperes
@@ -56,26 +56,13 @@ def finished_set(
     loads = loads_in(texts_of(values.get("payload", "")), known)
     asked = left_out(texts_of(values.get("leave_out", "")), known)
     conditions = [run_conditions(bag) for bag in bags]
-    done: dict[int, FinishedIdentification] = {}
-    notices: list[Notice] = []
-    first_error: DataError | None = None
-    for i, (bag, name) in enumerate(zip(bags, names, strict=True)):
-        if i in asked:
-            notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "asked"}))
-            continue
-        try:
-            done[i] = finished_identification(
-                bag, values, below(place, name), plots=plots, read=read, raw_units=True,
-                progress=told_of(progress, name),
-            )  # fmt: skip
-        except DataError as error:
-            first_error = first_error or error
-            notices.append(Notice(Code.RECORDING_LEFT_OUT, name, texts={"case": "failed", "why": str(error)}))
-            continue
-        copied = noted_copy(name, done[i].recording, {names[j]: own.recording for j, own in done.items() if j != i})
-        if copied is not None:
-            notices.append(copied)
-            del done[i]
+
+    def one(bag: Path, name: str) -> FinishedIdentification:
+        return finished_identification(
+            bag, values, below(place, name), plots=plots, read=read, raw_units=True, progress=told_of(progress, name)
+        )
+
+    done, notices, first_error = each_finished(bags, names, asked, one)
     results = {i: own.result for i, own in done.items()}
     used = usable(results, names, notices, first_error)
     joined = joined_result(
