@@ -25,10 +25,10 @@ $(VENV)/.ready: setup.py
 demo: $(VENV)/.ready
 	$(BIN)/flex_ident demo
 
-# The nodes' tests run one after the other: they want the machine for themselves.
+# The nodes' tests mostly wait for their joints: two at a time, each process with a ROS domain of its own.
 test: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not campaign" $(ARGS)
-	$(BIN)/python -m pytest -m "ros and not campaign" $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "ros and not campaign" $(ARGS)
 
 test-core: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not slow and not campaign" $(ARGS)
