@@ -31,7 +31,8 @@ from numba import njit
 from scipy import optimize, signal
 
 from flex_ident.errors import FlexIdentError
-from flex_ident.estimation.estimate import fit_problem, refined, started_values
+from flex_ident.estimation.base_fit import refined
+from flex_ident.estimation.estimate import fit_problem, started_values
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.filtering.spectral import SpectralFilter
 from flex_ident.likelihood.fit import SimulationFit

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flex_ident.errors import ExcitationError, UsageError
+from flex_ident.estimation.base_fit import Progress, base_fit
 from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.far_mode import beside_unseen
 from flex_ident.estimation.kind_fit import KindFit
@@ -18,7 +19,6 @@ from flex_ident.estimation.thresholds import (
     BAND_IN_MODES,
     LARGEST_BAND,
     LEAST_PERIODS,
-    STILL,
     SURE_OF_MODE,
     WIDE_HZ,
 )
@@ -27,8 +27,7 @@ from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
-from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
-from flex_ident.likelihood.minimising import bounded_minimum
+from flex_ident.likelihood.fit import Fit, Prior
 from flex_ident.likelihood.nuisances import strained
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
@@ -40,21 +39,10 @@ from flex_ident.regression.gravity import shows_gravity
 from flex_ident.screening.coupling import Coupling, coupling_of
 from flex_ident.screening.suspects import Suspect, suspects, widened
 
-Progress = Callable[[float], None]
 VALIDATION_BLOCK_S = 1.0
 VALIDATION_EVERY = 4
 CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
-LATER = ("effort_lag", "reversal_speed", "presliding", "reversal_lead", "far_mode")
-"""Nuisances that wait until the model is nearly right."""
-FIRST_ROUNDS = ((12, 1e-3), (10, 1e-4))
-ROUNDS = ((10, 1e-4), (10, 1e-5), *((15, 1e-7),) * 5)
-"""Jacobians, and share of the cost saved at which a round ends."""
-STATE_ROUNDS = 2
-"""Rounds in which the link's state at the start is still fitted: later ones move it no more than its kinks let it."""
-FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
-"""First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
-STATE_STEP, STATE_ITERATIONS = 1e-4, 10
 
 
 @dataclass(frozen=True)
@@ -157,116 +145,6 @@ def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: f
         return rigid_start(problem, [k for k in keys if k in RIGID_KEYS])
     start = scanned_start(problem, first_mode_hz=first_mode_hz, motor="Jm" in keys)
     return {k: start.get(k, 0.0) for k in keys if k in FLEXIBLE_KEYS}
-
-
-def base_fit(
-    problem: FitProblem,
-    keys: Sequence[str],
-    start: Mapping[str, float],
-    priors: Mapping[str, Prior],
-    *,
-    progress: Progress | None = None,
-) -> tuple[SteadyFit, Fit]:
-    """The fit over `keys` and the nuisances of `priors`, and the solver that did it: what everything is judged by.
-
-    First without the nuisances that only a nearly right model can tell (how friction turns over, a low-pass in the
-    effort), weighted by all that is left; then with all, weighted by the noise, taken anew in each round until
-    that moves nothing. Raises ExcitationError when the simulation runs away.
-    """
-    done, rounds = 0, len(FIRST_ROUNDS) + len(ROUNDS)
-
-    def step() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done / rounds)
-
-    values = rough_values(problem, keys, start, priors, step=step)
-    return refined(problem, keys, settled(problem, values, priors), priors, step=step)
-
-
-def refined(
-    problem: FitProblem,
-    keys: Sequence[str],
-    values: Mapping[str, float],
-    priors: Mapping[str, Prior],
-    *,
-    step: Callable[[], None] = lambda: None,
-) -> tuple[SteadyFit, Fit]:
-    """The fit over `keys` and all nuisances from values of a model that is nearly right. Raises ExcitationError."""
-    solver, every = SteadyFit(problem, priors=priors, local=True), tuple(dict.fromkeys((*keys, *priors)))
-    fit: Fit | None = None
-    for done, (iterations, tolerance) in enumerate(ROUNDS):
-        _refuse_runaway(problem, values)
-        whitenings, state = solver.whitenings(values), done < STATE_ROUNDS
-        fit = solver.finished(every, values, whitenings, iterations=iterations, tolerance=tolerance, state=state)
-        moved = np.array([fit.values[k] - values.get(k, np.inf) for k in fit.free])
-        values = fit.values
-        step()
-        if np.linalg.norm(fit.jacobian @ moved) < STILL:
-            break
-    assert fit is not None
-    return solver, fit
-
-
-def rough_values(
-    problem: FitProblem,
-    keys: Sequence[str],
-    start: Mapping[str, float],
-    priors: Mapping[str, Prior],
-    *,
-    step: Callable[[], None] = lambda: None,
-) -> Mapping[str, float]:
-    """The fit over `keys` and the nuisances that any model can tell, weighted by all that is left; `step` is called
-    after each round. Raises ExcitationError."""
-    rough = SimulationFit(problem, priors=priors)
-    few = tuple(dict.fromkeys((*keys, *(k for k in priors if k not in LATER))))
-    values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
-    for iterations, tolerance in FIRST_ROUNDS:
-        _refuse_runaway(problem, values)
-        values = rough.solve(
-            few, values, rough.whitenings(values), iterations=iterations, tolerance=tolerance, rough=True
-        ).values
-        step()
-    return values
-
-
-def settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[str, Prior]) -> Mapping[str, float]:
-    """The values with the link's state at the start from the first seconds alone, where it is in doubt there.
-
-    Of a model that is nearly right. Stretches that it leaves badly weigh little: the first would never be mended.
-    """
-    keys = [k for k in ("initial_deflection", "initial_velocity") if k in priors]
-    rows = problem.usable & (problem.time < FIRST_S)
-    later = problem.usable & ~rows
-    if not keys or min(rows.sum(), later.sum()) < FEWEST_ROWS:
-        return values
-    left = problem.residuals(values)[0]
-    if float(np.std(left[rows])) < UNSETTLED * float(np.std(left[later])):
-        return values
-    scale = np.array([priors[k].std for k in keys])
-
-    def residual(x: Floats) -> Floats:
-        moved = {**values, **dict(zip(keys, map(float, x * scale), strict=True))}
-        return np.nan_to_num(problem.residuals(moved)[0][rows], nan=1e6)
-
-    def jacobian(x: Floats) -> Floats:
-        here = residual(x)
-        return np.column_stack([(residual(x + STATE_STEP * e) - here) / STATE_STEP for e in np.eye(len(keys))])
-
-    lower, upper = (np.array([getattr(priors[k], side) for k in keys]) / scale for side in ("lower", "upper"))
-    here = np.array([values.get(k, 0.0) for k in keys]) / scale
-    ends = [
-        bounded_minimum(residual, jacobian, x, lower, upper, iterations=STATE_ITERATIONS, tolerance=1e-3)[0]
-        for x in (here, np.zeros(len(keys)))
-    ]
-    found = min(ends, key=lambda x: float(np.sum(residual(x) ** 2)))
-    return {**values, **dict(zip(keys, map(float, found * scale), strict=True))}
-
-
-def _refuse_runaway(problem: FitProblem, values: Mapping[str, float]) -> None:
-    if not all(np.isfinite(r).all() for r in problem.residuals(values)):
-        raise ExcitationError("no spring in the excited band explains the torque: the simulated link runs away.")
 
 
 def estimated(

@@ -8,14 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from flex_ident.errors import DataError
-from flex_ident.estimation.estimate import (
-    Estimate,
-    base_fit,
-    fit_problem,
-    rigid_keys,
-    rough_values,
-    started_values,
-)
+from flex_ident.estimation.base_fit import base_fit, rough_values
+from flex_ident.estimation.estimate import Estimate, fit_problem, rigid_keys, started_values
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.identified import modes_hz
 from flex_ident.judgement.thresholds import GOOD_RIGID, MOST_RIGID, RIGID_MARGIN, SURELY_RIGID

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from flex_ident.effects import CATALOGUE, Effect, is_fixed
+from flex_ident.estimation.base_fit import base_fit
 from flex_ident.estimation.effort_kind import resolved
-from flex_ident.estimation.estimate import base_fit
 from flex_ident.estimation.identification import base_start
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors

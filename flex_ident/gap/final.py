@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.effects import effect_named
-from flex_ident.estimation.estimate import Estimate, estimate_of, settled, validation_blocks
+from flex_ident.estimation.base_fit import settled
+from flex_ident.estimation.estimate import Estimate, estimate_of, validation_blocks
 from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Search

@@ -23,7 +23,7 @@ from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
-from flex_ident.simulation.response import LinkMotion, motor_torque
+from flex_ident.simulation.response import LinkMotion, motor_torque, standstill_friction
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
 from flex_ident.simulation.turnover import friction_share
 
@@ -33,7 +33,7 @@ COMPARISON_MARGIN = 1.2
 """Cutoff of the comparison's low-pass over the excited band."""
 DRIVE_MARGIN = 3.0
 """Cutoff of the low-pass on the recorded motor position over the excited band."""
-REMEMBERED = 6
+REMEMBERED = 12
 """Ways of friction to turn over that are kept."""
 SLOPES = 2
 """Points at which sensitivities are kept."""
@@ -132,7 +132,7 @@ class FitProblem:
         self._noise = float(np.std((recording.motor_position - self.motion.position)[10:-10]))
         self.resolution = 2.0 * velocity_noise(self._noise, drive_hz, rate)
         self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
-        self._shares: dict[tuple[float, float, float], Floats] = {}
+        self._shares: dict[tuple[float, ...], Floats] = {}
         self._slopes: dict[Hashable, tuple[Floats, ...]] = {}
         self._lock = threading.Lock()
         self._raw_torque = recording.motor_torque
@@ -173,15 +173,18 @@ class FitProblem:
 
         Of the direction alone where bristles or a soft constraint say how it turns over.
         """
-        key = (float(terms[Term.REVERSAL_SPEED]), float(terms[Term.PRESLIDING]), float(terms[Term.REVERSAL_LEAD]))
+        jump = standstill_friction(terms) / max(float(terms[Term.MOTOR_INERTIA]), 1e-12)
+        key = (float(terms[Term.REVERSAL_SPEED]), float(terms[Term.PRESLIDING]), float(terms[Term.REVERSAL_LEAD]), jump)
         if terms[Term.BRISTLE_DEFLECTION] > 0.0 or terms[Term.SOFT_FRICTION] > 0.0:
-            key = (0.0, 0.0, 0.0)
+            key = (0.0, 0.0, 0.0, 0.0)
         known = self._shares.get(key)
         if known is None:
-            speed, way, lead = key
+            speed, way, lead, jump = key
+            speed, way = max(speed, 0.0), max(way, 0.0)
             known = friction_share(
-                self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=max(speed, 0.0),
-                way=max(way, 0.0), lead=lead / self.recording.sample_time, resolution=UNSEEN_WAY * self._noise,
+                self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=speed, way=way,
+                lead=lead / self.recording.sample_time, resolution=UNSEEN_WAY * self._noise,
+                kink=self.sharp.kink(jump, self.recording.sample_rate_hz, speed=speed, way=way),
             )  # fmt: skip
             with self._lock:
                 self._shares[key] = known

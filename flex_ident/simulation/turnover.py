@@ -23,6 +23,7 @@ def friction_share(
     way: float = 0.0,
     lead: float = 0.0,
     resolution: float = 0.0,
+    kink: Floats | None = None,
 ) -> Floats:
     """Dry friction over its size (n,), -1 to 1, along a motion.
 
@@ -30,7 +31,10 @@ def friction_share(
     rad/s: friction grows with tanh(v / speed), averaged over the sample. `way`, rad: it turns over with the way moved
     (Dahl 1968: dz/dq = (1 - z sign v) / way). `lead`: samples by which it turns over early. `resolution`, rad: what the
     position may have moved between two samples without its being seen; a `way` that is much less is none at all.
+    `kink` (n,), rad/s: what a low-pass took off the velocity at reversals (see `filtering.direction`).
     """
+    if kink is not None:
+        velocity = velocity + kink
     share: Floats = np.clip(velocity / half_width, -1.0, 1.0)
     if speed > 0.0:
         smooth = _log_cosh((velocity + half_width) / speed) - _log_cosh((velocity - half_width) / speed)

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.estimate import base_fit
+from flex_ident.estimation.base_fit import base_fit
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, key_bounds
 from flex_ident.likelihood.nuisances import model_priors
