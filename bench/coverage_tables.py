@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 Line = dict[str, Any]
-KEYS = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "MY")
+KEYS = ("Jm", "K", "JL", "J", "FVm", "FSm", "FV", "FS", "MY")
 MAIN = ("Jm", "K", "JL")
 GROUPS = ("controller", "excitation", "rate", "joint", "friction", "effort", "loud")
 VERDICTS = ("trusted", "doubtful", "rejected", "error")
@@ -33,12 +33,22 @@ def percent(part: int, whole: int) -> str:
     return f"{100.0 * part / whole:.0f}" if whole else "-"
 
 
+def truth_of(line: Line) -> dict[str, float]:
+    """The true parameters of the model that a line's result is of."""
+    truth: dict[str, float] = line["truth"]
+    if "J" in line["parameters"]:
+        both = {"J": ("Jm", "JL"), "FV": ("FVm", "FV"), "FS": ("FSm", "FS")}
+        truth = {**truth, **{k: sum(truth[part] for part in parts) for k, parts in both.items()}}
+    return truth
+
+
 def outside(line: Line, key: str, low: float, high: float) -> tuple[float, float]:
     """Distance of a range from the truth, and the end of the truth that counts.
 
-    The truth of JL under a second mode and of K under hysteresis is itself a range.
+    The truth of JL under a second mode and of K under hysteresis is itself a range. A joint that is taken as rigid has
+    the inertia and the friction of both sides.
     """
-    truth = line["truth"]
+    truth = truth_of(line)
     ends = sorted({truth[key], *(truth[k] for k in (f"{key}_low", f"{key}_high") if k in truth)})
     first, last = ends[0], ends[-1]
     if high < first:
@@ -80,7 +90,7 @@ def parameter_rows(lines: list[Line]) -> list[list[object]]:
         pulls = np.array([pull(line, key) for line in own])
         finite = pulls[np.isfinite(pulls)]
         middle = np.median(finite) if finite.size else math.nan
-        share = [line["parameters"][key]["std"] / abs(line["truth"][key]) for line in own]
+        share = [line["parameters"][key]["std"] / abs(truth_of(line)[key]) for line in own]
         rows.append([
             key, len(own), len(answered) - len(own), percent(sum(covered(line, key) for line in own), len(own)),
             f"{middle:+.2f}", f"{1.4826 * np.median(np.abs(finite - middle)):.2f}",

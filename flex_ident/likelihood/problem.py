@@ -25,7 +25,7 @@ from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque, standstill_friction
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
-from flex_ident.simulation.turnover import friction_share
+from flex_ident.simulation.turnover import as_sampled, friction_share
 
 Bools = NDArray[np.bool_]
 
@@ -181,11 +181,12 @@ class FitProblem:
         if known is None:
             speed, way, lead, jump = key
             speed, way = max(speed, 0.0), max(way, 0.0)
-            known = friction_share(
+            mean = friction_share(
                 self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=speed, way=way,
                 lead=lead / self.recording.sample_time, resolution=UNSEEN_WAY * self._noise,
                 kink=self.sharp.kink(jump, self.recording.sample_rate_hz, speed=speed, way=way),
             )  # fmt: skip
+            known = as_sampled(mean)
             with self._lock:
                 self._shares[key] = known
                 while len(self._shares) > REMEMBERED:

@@ -49,6 +49,17 @@ def friction_share(
     return share
 
 
+def as_sampled(mean: Floats) -> Floats:
+    """The samples (n,) of a signal below half the sample rate whose means over a sample each are `mean` (n,).
+
+    A mean over T takes (w T)^2 / 24 off at w, rad/s; a 24th of the second difference puts that back. Dry friction that
+    was left so came out 0.2 to 0.6 % too large at 500 Hz, and the inertia with it.
+    """
+    samples = mean.copy()
+    samples[1:-1] -= np.diff(mean, 2) / 24.0
+    return samples
+
+
 def _log_cosh(x: Floats) -> Floats:
     size = np.abs(x)
     result: Floats = size + np.log1p(np.exp(-2.0 * size)) - math.log(2.0)

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import integrate
 
-from flex_ident.simulation.turnover import friction_share
+from flex_ident.simulation.turnover import as_sampled, friction_share
 
 Floats = NDArray[np.float64]
 RATE = 1000.0
@@ -86,3 +86,11 @@ def test_share_stays_within_one() -> None:
     for way, speed, lead in ((0.0, 0.5, 1.0), (1e-3, 0.0, -1.0), (1e-3, 0.3, 2.5)):
         share = friction_share(velocity, half_width, position, speed=speed, way=way, lead=lead)
         assert float(np.max(np.abs(share))) <= 1.0
+
+
+def test_what_a_mean_over_the_sample_takes_off_is_put_back() -> None:
+    t = np.arange(2000) / RATE
+    omega = 2.0 * np.pi * 60.0
+    mean = np.sin(omega * t) * np.sinc(60.0 / RATE)
+    left = np.max(np.abs(as_sampled(mean) - np.sin(omega * t))[1:-1])
+    assert left < 0.05 * np.max(np.abs(mean - np.sin(omega * t)))
