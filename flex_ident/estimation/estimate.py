@@ -11,6 +11,7 @@ import numpy as np
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.base_fit import Progress, base_fit
 from flex_ident.estimation.effort_kind import resolved
+from flex_ident.estimation.encoder_rounding import beside_rounding
 from flex_ident.estimation.far_mode import beside_unseen
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
@@ -190,7 +191,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
         joined = beside_unseen(joined, solver, fit)
-    joined = beside_spring(joined, solver, fit)
+    joined = beside_rounding(beside_spring(joined, solver, fit), solver, fit)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.

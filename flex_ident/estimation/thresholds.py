@@ -37,6 +37,9 @@ STRAIN_MOVES, IDLE_STRAIN = 1.0, 1.5
 """Standard deviations by which a nuisance at its end must move Jm, K or JL to make the result doubtful; the factor on
 every one of them otherwise. In five clean recordings of `bench/coverage.py` (seed 11: 2, 16, 21; seed 31: 1 with either
 set of sensors) it moved them by 0.4 and less with parameters up to 2.6 off, and by 3 where they were 11 off."""
+ROUNDING_DRAWS, ROUNDING_MATTERS = 3, 0.2
+"""Draws of an encoder's noise, and how far, in its standard deviations, the first must move a parameter of the joint on
+average for that to count."""
 LOWER, WORTH_TRYING = 5.0, 20.0
 """Log-likelihood by which a fit from another start must be higher: ten in chi-square, what a finding needs as well; and
 by which a few steps from there must lead, under their own weights, to be worth a whole fit. The one recording that

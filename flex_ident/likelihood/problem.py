@@ -352,17 +352,20 @@ class FitProblem:
         Made once. What its prediction differs by is what an encoder's rounding does to it.
         """
         if self._shaken is None:
-            recording = self.recording
-            noise = np.random.default_rng(0).standard_normal(recording.motor_position.size)
-            other = self.restricted(self.usable)
-            other.motion = motor_motion(
-                recording.motor_position + size(self) * noise, recording.sample_rate_hz, cutoff_hz=self.drive_hz,
-                substeps=self.substeps,
-            )  # fmt: skip
-            other._slopes = {}
-            other._links = LinkResponses(other.motion, lambda position, skew: self.reduced(position, delay=skew))
-            self._shaken = other
+            noise = np.random.default_rng(0).standard_normal(self.recording.motor_position.size)
+            self._shaken = self.shifted(size(self) * noise)
         return self._shaken
+
+    def shifted(self, by: Floats, *, direction: bool = False) -> FitProblem:
+        """The same problem with the recorded motor position moved `by` (n,), rad; its `direction` of motion as well."""
+        rate, position = self.recording.sample_rate_hz, self.recording.motor_position + by
+        other = self.restricted(self.usable)
+        other.motion = motor_motion(position, rate, cutoff_hz=self.drive_hz, substeps=self.substeps)
+        other._slopes = {}
+        other._links = LinkResponses(other.motion, lambda position, skew: self.reduced(position, delay=skew))
+        if direction:
+            other.sharp, other._shares = sharp_velocity(position, rate, lowest_hz=self.drive_hz), {}
+        return other
 
     def restricted(self, usable: Bools) -> FitProblem:
         """The same problem with other usable samples (shares everything else)."""
