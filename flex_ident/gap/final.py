@@ -14,7 +14,7 @@ from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.thresholds import SIGNIFICANT
+from flex_ident.gap.thresholds import SIGNIFICANT, SIGNIFICANT_STATED
 from flex_ident.gap.weighing import rebuilt
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
@@ -64,6 +64,9 @@ def _fails(candidate: Candidate, before: float, after: float, estimate: Estimate
     best = max(ratios, key=lambda k: ratios[k])
     if ratios[best] < SIGNIFICANT:
         return f"in the final model {best} is known to {ratios[best]:.1f} standard deviations only"
+    stated = max(abs(estimate.fit.values[k]) / max(estimate.uncertainty.std(k), 1e-300) for k in candidate.scaled)
+    if stated < SIGNIFICANT_STATED:
+        return f"with all that may be missing {best} is known to {stated:.1f} standard deviations only"
     effect = effect_named(candidate.effect)
     if effect.reach is not None:
         own = {p.name: estimate.fit.values.get(key_text(effect.name, p.name), 0.0) for p in effect.parameters}
