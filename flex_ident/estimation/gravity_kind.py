@@ -12,7 +12,7 @@ from flex_ident.errors import ExcitationError
 from flex_ident.estimation.kind_fit import KindFit, gravity_slope, refitted
 from flex_ident.estimation.kind_gain import Gain, gain_of, linear_gain
 from flex_ident.estimation.kind_priors import largest_moment
-from flex_ident.estimation.thresholds import CLEARLY, FAR, MOST_WITH_LINK, SEEN, SHOWN
+from flex_ident.estimation.thresholds import CLEARLY, FAR, HEAVIEST, HEAVIEST_BY_FAR, MOST_WITH_LINK, SEEN, SHOWN
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior
 from flex_ident.likelihood.problem import FitProblem
@@ -68,7 +68,8 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
     left = remainder(own, found)
     known_noise = left.evidence != "none" and not left.structured(left.gap)
     explains = problem.link is not None and gain.share > MOST_WITH_LINK and known_noise
-    likely = math.hypot(*(found.values[k] for k in GRAVITY_KEYS)) < 3.0 * usual
+    heaviest = HEAVIEST_BY_FAR if gain.size > FAR else HEAVIEST
+    likely = math.hypot(*(found.values[k] for k in GRAVITY_KEYS)) < heaviest * usual
     known = uncertainty_of(found, problem.rate_hz)
     alone = all(abs(f.values[k] - found.values[k]) < SEEN * known.std(k) for f in alike for k in keys)
     if gain.size > CLEARLY and likely and explains and alone and _gravity_sigmas(found, problem.rate_hz) > SEEN:

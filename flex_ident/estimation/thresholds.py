@@ -25,6 +25,9 @@ STEEL, WIDEST_M = 7850.0, 1.0
 """Density, kg/m^3, and length along the joint's axis, of the body that has the largest first moment for its inertia: a
 solid cylinder of steel. Half of its moment is one standard deviation of what a link may have. Without a bound a spring
 can pass for an absurd weight: 80 kg m at 2 kg m^2, where a cobot's is 7 and the cylinder's 15."""
+HEAVIEST, HEAVIEST_BY_FAR = 3.0, 5.0
+"""Usual moments that the effort may be without, and as many where what it explains is beyond doubt: 25 kg m at 2.2
+kg m^2 (`cases/gravity_compensated_heavy`) are 3.4, the absurd weight above is 10."""
 SHOWN = 0.1
 """First moment in the effort, over a usual one of that inertia, from which it is gravity's own: 0.17 to 0.8 for joints
 of `bench/coverage.py` (seed 61), 0.013 and 0.02 where the controller adds gravity (two wide motions of seed 62)."""
