@@ -51,25 +51,26 @@ class SharpVelocity:
 
     `rounding` (n,), s: at a reversal with friction over inertia of c (units per s^2) the low-pass took `rounding` c off
     the velocity; positive where the motion turns upwards, negative where it turns downwards, zero between.
+    `acceleration` (n,), per s^2: its size.
     """
 
     velocity: Floats
     half_width: Floats
     rounding: Floats
+    acceleration: Floats
 
     def direction(self) -> Floats:
         """Sign of the velocity (n,), -1 to 1, averaged over the sample it stands for."""
         direction: Floats = np.clip(self.velocity / self.half_width, -1.0, 1.0)
         return direction
 
-    def kink(self, jump: float, sample_rate_hz: float, *, speed: float = 0.0, way: float = 0.0) -> Floats:
+    def kink(self, jump: float, *, speed: float = 0.0, way: float = 0.0) -> Floats:
         """What the low-pass took off the velocity (n,) at reversals, for dry friction over inertia `jump`, per s^2.
 
         Friction that turns over with `speed` (tanh) or with `way` rounds the kink off itself, and less is lost.
         """
         size = np.abs(self.rounding)
-        acceleration = 2.0 * self.half_width * sample_rate_hz
-        own = math.log(2.0) * speed / acceleration + np.sqrt(0.5 * way / acceleration)
+        own = math.log(2.0) * speed / self.acceleration + np.sqrt(0.5 * way / self.acceleration)
         lost: Floats = jump * np.sign(self.rounding) * (np.hypot(size, own) - own)
         return lost
 
@@ -98,7 +99,8 @@ def sharp_velocity(position: Floats, sample_rate_hz: float, *, lowest_hz: float)
         cutoffs = np.where(fast, cutoff, cutoffs)
         cutoff *= CUTOFF_RATIO
     width = np.maximum(width, np.maximum(0.5 * np.abs(acceleration) / rate, 1e-12))
-    return SharpVelocity(sharpest, width, _turning(sharpest, REACH_PERIODS * rate / cutoffs) * KINK_ROUNDED / cutoffs)
+    rounding = _turning(sharpest, REACH_PERIODS * rate / cutoffs) * KINK_ROUNDED / cutoffs
+    return SharpVelocity(sharpest, width, rounding, np.maximum(np.abs(acceleration), 1e-12))
 
 
 def _turning(velocity: Floats, reach: Floats) -> Floats:

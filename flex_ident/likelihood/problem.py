@@ -184,7 +184,7 @@ class FitProblem:
             mean = friction_share(
                 self.sharp.velocity, self.sharp.half_width, self.motion.position, speed=speed, way=way,
                 lead=lead / self.recording.sample_time, resolution=UNSEEN_WAY * self._noise,
-                kink=self.sharp.kink(jump, self.recording.sample_rate_hz, speed=speed, way=way),
+                kink=self.sharp.kink(jump, speed=speed, way=way),
             )  # fmt: skip
             known = as_sampled(mean)
             with self._lock:

@@ -49,7 +49,7 @@ def test_a_reversal_is_put_back_where_it_was(frequency_hz: float, amplitude: flo
     t, position = rubbed(frequency_hz, amplitude)
     sharp = sharp_velocity(position, RATE, lowest_hz=90.0)
     moved = late(t, sharp.velocity, frequency_hz)
-    mended = late(t, sharp.velocity + sharp.kink(JUMP, RATE), frequency_hz)
+    mended = late(t, sharp.velocity + sharp.kink(JUMP), frequency_hz)
     assert abs(moved) > 5e-5
     assert abs(mended) < 0.25 * abs(moved)
 
@@ -57,18 +57,16 @@ def test_a_reversal_is_put_back_where_it_was(frequency_hz: float, amplitude: flo
 def test_a_low_pass_of_less_takes_more_off() -> None:
     _, position = rubbed(15.0, 0.3, noise=3e-5)
     low, high = (sharp_velocity(position, RATE, lowest_hz=cutoff) for cutoff in (45.0, 150.0))
-    assert np.max(low.kink(JUMP, RATE)) > 1.2 * np.max(high.kink(JUMP, RATE)) > 0.0
+    assert np.max(low.kink(JUMP)) > 1.2 * np.max(high.kink(JUMP)) > 0.0
 
 
 def test_friction_that_turns_over_slowly_loses_less() -> None:
     _, position = rubbed(15.0, 0.3)
     sharp = sharp_velocity(position, RATE, lowest_hz=90.0)
-    step, speed, way = (
-        float(np.max(np.abs(sharp.kink(JUMP, RATE, **law)))) for law in ({}, {"speed": 0.1}, {"way": 1e-3})
-    )
+    step, speed, way = (float(np.max(np.abs(sharp.kink(JUMP, **law)))) for law in ({}, {"speed": 0.1}, {"way": 1e-3}))
     assert speed < 0.5 * step
     assert way < 0.5 * step
-    assert sharp.kink(0.0, RATE).max() == 0.0
+    assert sharp.kink(0.0).max() == 0.0
 
 
 def test_a_joint_that_never_turns_has_no_kink() -> None:
