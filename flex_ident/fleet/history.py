@@ -12,7 +12,8 @@ from typing import Any
 from flex_ident.errors import DataError
 from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row
-from flex_ident.pooling.thresholds import FIRST_RESULTS
+from flex_ident.pooling.sessions import sessions_of
+from flex_ident.pooling.thresholds import FIRST_SESSIONS
 from flex_ident.recording.names import harmless
 
 USABLE = ("trusted", "doubtful")
@@ -30,13 +31,22 @@ class Told:
 
 @dataclass(frozen=True)
 class History:
-    """The results of one joint by one model, in the order of their recordings; the first `baseline` are what it was."""
+    """The results of one joint by one model, in the order of their recordings; the first `baseline` are what it was.
+
+    `sessions` number those that were recorded together, from 0.
+    """
 
     robot: str
     joint: str
     model: str
     results: tuple[Told, ...]
     baseline: int
+    sessions: tuple[int, ...]
+
+    @property
+    def session_count(self) -> int:
+        """How many sessions there are."""
+        return len(set(self.sessions))
 
     @property
     def name(self) -> tuple[str, str, str]:
@@ -67,17 +77,27 @@ def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
 
 
 def _history(key: tuple[str, str, str], results: Sequence[Told], baseline: str) -> History:
+    """A joint's history. The baseline is of whole sessions, but where a tag parts one."""
     ordered = sorted(results, key=lambda told: told.at)
     until = _date(baseline)
-    if not baseline:
-        count = min(FIRST_RESULTS, max(1, len(ordered) - 2))
-    elif until is not None:
-        count = sum(told.at.date() <= until for told in ordered)
-    else:
+    if baseline and until is None:
         tagged = [told for told in ordered if told.tag == baseline]
         later = [told for told in ordered if told.tag != baseline and tagged and told.at > tagged[0].at]
-        ordered, count = [*tagged, *later], len(tagged)
-    return History(*key, tuple(ordered), count)
+        first, rest = _sessions(tagged), _sessions(later)
+        sessions = (*first, *(own + len(set(first)) for own in rest))
+        return History(*key, (*tagged, *later), len(tagged), sessions)
+    sessions = _sessions(ordered)
+    if until is not None:
+        early = {s for s, told in zip(sessions, ordered, strict=True) if told.at.date() <= until}
+        count = sum(s in early for s in sessions)
+    else:
+        first_sessions = min(FIRST_SESSIONS, max(1, len(set(sessions)) - 2))
+        count = sum(s < first_sessions for s in sessions)
+    return History(*key, tuple(ordered), count, sessions)
+
+
+def _sessions(ordered: Sequence[Told]) -> tuple[int, ...]:
+    return sessions_of([told.at.timestamp() for told in ordered])
 
 
 def _date(text: str) -> date | None:

@@ -36,11 +36,18 @@ DIFFER = 0.01
 """Chance under which two results of one joint are said to differ. Set by hand."""
 LEAST_DIRECTION = 1e-6
 """Variance of a combination over the largest, of correlations, under which it is left out: a thousandth in size."""
-FALSE_CHANGES = 0.05
+FALSE_CHANGES = 0.01
 """Share of the changes named over a fleet that may be false on average: the chance of any where nothing changed."""
 FEWEST_TO_SHARE_SCATTER = 5
 """Series from which what they have in common of their scatter is estimated: it is a variance of variances. By hand."""
 FEWEST_PAIRS = 20
 """Series of two results each from which their scatter is estimated, by the median. Set by hand."""
-FIRST_RESULTS = 3
-"""Results of a joint that are its baseline where none is named; less where two would not be left. Set by hand."""
+FIRST_SESSIONS = 3
+"""Sessions of a joint that are its baseline where none is named; less where two would not be left. Set by hand."""
+SESSION_S = 12 * 3600.0
+"""Time from a session's first recording within which others are of the same session, s: a working day. Set by hand."""
+FEWEST_DEGREES = 2.0
+"""Degrees of freedom under which a scatter counts as unknown: with one, Student's quantile is 12.7. By hand."""
+HETEROGENEITY_CAUTION = 0.5
+"""Fall of the log-likelihood up to which series are taken to differ more in their scatter than they seem to: one
+standard error."""

@@ -23,6 +23,8 @@ CAUSES = {
 }
 """What each probable cause of `fleet.causes` means."""
 
+TO_CONFIRM = "Off, and not surely (the newest session alone, or of three in all); one of another day would tell:"
+
 
 def health_text(content: Mapping[str, Any]) -> str:
     """The changes, their causes, what waits for a second result, and how it was judged."""
@@ -36,7 +38,7 @@ def health_text(content: Mapping[str, Any]) -> str:
             if joint["state"] == "changed":
                 lines.append(f"{_name(joint)}: {CAUSES[joint['cause']]}.")
     if content["to_confirm"]:
-        lines += ["", "The newest result alone is off; another recording would confirm or clear it:"]
+        lines += ["", TO_CONFIRM]
         lines += [_table(content["to_confirm"])]
     lines += [
         "",
@@ -52,9 +54,18 @@ def counted_states(content: Mapping[str, Any]) -> list[tuple[str, int]]:
     states = Counter(joint["state"] for joint in content["joints"])
     named = (
         ("changed", "changed"), ("to_confirm", "to be confirmed"), ("unchanged", "unchanged"),
-        ("not_judged", "not judged: too few results"),
+        ("not_judged", f"cannot tell yet: {few_sessions(content)}"),
     )  # fmt: skip
     return [(text, states[state]) for state, text in named if states[state]]
+
+
+def few_sessions(content: Mapping[str, Any]) -> str:
+    """How many sessions the joints have that are not judged, and what would do."""
+    counts = sorted({joint["sessions"] for joint in content["joints"] if joint["state"] == "not_judged"})
+    if not counts:
+        return ""
+    text = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    return f"{text} session{'' if counts == [1] else 's'}; record on four days or more"
 
 
 def smallest_rows(content: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:

@@ -1,6 +1,7 @@
 """`flex_ident health` on made-up archives: what changed is found, dated and put down to something; nothing else is."""
 
 import json
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,7 @@ def test_the_newest_result_alone_waits_for_another() -> None:
     content = fleet_health(made_up(changed={"K": 0.7}, since=7))
     assert content["changes"] == []
     assert [own["parameter"] for own in content["to_confirm"]] == ["K"]
-    assert "would confirm" in health_text(content)
+    assert "of another day would tell" in health_text(content)
 
 
 def test_only_the_last_result_of_a_recording_counts() -> None:
@@ -155,7 +156,7 @@ def test_the_smallest_change_that_could_be_shown_is_found_about_as_often_as_is_s
 
 
 def test_what_cannot_be_compared_is_refused() -> None:
-    with pytest.raises(DataError, match="nothing can be compared: 1 joint, and it has not"):
+    with pytest.raises(DataError, match="nothing can be compared, cannot tell yet: 1 joint, and it has not"):
         fleet_health(made_up(1, 1))
     with pytest.raises(DataError, match="tags: first"):
         fleet_health(made_up(), "last")
@@ -183,3 +184,56 @@ def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.Ca
     assert json.loads((tmp_path / "page" / "health.json").read_text())["smallest"]["K"]["series"] == 6
     assert main(["health", str(tmp_path / "none")]) == 3
     assert "no archive" in capsys.readouterr().err
+
+
+def in_sessions(
+    seed: int, *, robots: int, joints: int, sessions: int, day: float = 0.02, shared: str = "joint", **given: Any
+) -> list[Row]:
+    """Three recordings a session that share the session's deviations: a joint's own, a robot's, or the fleet's."""
+    rng = np.random.default_rng(seed)
+    drawn: dict[tuple[int, ...], Any] = {}
+    rows = made_up(robots, 3 * sessions, joints=joints, seed=seed, **given)
+    for n, (robot, joint, i) in enumerate(np.ndindex(robots, joints, 3 * sessions)):
+        group = {"joint": (robot, joint), "robot": (robot,), "fleet": ()}[shared]
+        deviations = drawn.setdefault(group, rng.normal(1.0, day, (sessions, len(TRUTH))))
+        parameters = {
+            key: {"value": truth * deviations[i // 3][c] * rng.normal(1.0, 0.005), "std": 0.005 * truth, "unit": "SI",
+                  "identifiable": True}
+            for c, (key, truth) in enumerate(TRUTH.items())
+        }  # fmt: skip
+        at = datetime.fromtimestamp(START + 30 * DAY * (i // 3) + 1800 * (i % 3), UTC)
+        rows[n] = {**rows[n], "parameters": json.dumps(parameters), "recorded_at": at}
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("robots", "joints", "sessions", "shared"),
+    [(1, 6, 4, "joint"), (6, 6, 4, "joint"), (6, 6, 4, "robot"), (6, 6, 3, "fleet"), (2, 6, 6, "fleet")],
+)
+def test_what_a_day_does_is_no_change(robots: int, joints: int, sessions: int, shared: str) -> None:
+    alarmed = 0
+    for seed in range(12):
+        rows = in_sessions(seed, robots=robots, joints=joints, sessions=sessions, shared=shared)
+        with suppress(DataError):  # of three days of one hall
+            alarmed += bool(fleet_health(rows)["changes"])
+    assert alarmed <= 1  # 0.12 on average at 1 %; every one of them where recordings count instead of days
+
+
+def test_too_few_sessions_are_said_instead_of_an_alarm() -> None:
+    with pytest.raises(DataError, match=r"cannot tell yet: 6 joints, .* \(2 sessions at most; .* Record on four days"):
+        fleet_health(in_sessions(1, robots=1, joints=6, sessions=2, day=0.1))
+    one_more = [{**row, "robot": "new"} for row in in_sessions(2, robots=1, joints=1, sessions=1)]
+    content = fleet_health([*in_sessions(1, robots=6, joints=1, sessions=5), *one_more])
+    [new] = [own for own in content["joints"] if own["robot"] == "new"]
+    assert (new["state"], new["sessions"], new["results"]) == ("not_judged", 1, 3)
+    assert "1 cannot tell yet: 1 session; record on four days or more" in health_text(content)
+
+
+def test_three_sessions_tell_no_less_than_two() -> None:
+    def found(seed: int, sessions: int) -> bool:
+        content = fleet_health(made_up(40, sessions, changed={"K": 0.8}, since=1, seed=seed))
+        said = [*content["changes"], *content["to_confirm"]]
+        return ("arm 0", "K") in {(own["robot"], own["parameter"]) for own in said}
+
+    two, three = (sum(found(seed, sessions) for seed in range(8)) for sessions in (2, 3))
+    assert three >= two >= 6
