@@ -11,8 +11,9 @@ from scipy.special import stdtr
 from flex_ident.fleet.history import History, Told
 from flex_ident.pooling.changes import Step
 from flex_ident.pooling.scatter import Scatter, common_scatter, scatter_of_pairs
-from flex_ident.pooling.series import Series
+from flex_ident.pooling.series import Series, split
 from flex_ident.pooling.sessions import session_means
+from flex_ident.pooling.thresholds import FEW_DAYS, FEWEST_TO_SHARE_SCATTER
 
 DAY_S = 86400.0
 
@@ -96,20 +97,28 @@ def as_pairs(compared: Sequence[Compared]) -> dict[tuple[str, ...], tuple[Series
 
 
 def apart_from_all(steps: Sequence[tuple[Compared, Step]]) -> list[tuple[Compared, Step]]:
-    """The steps; those of three sessions no surer than what tells them from the fleet's own.
+    """The steps; those of few sessions no surer than what tells them from the fleet's own.
 
-    Of three days two are alike by luck often enough, and what the fleet then shares (a warm hall) passes for a step of
-    every joint. More days show how much days differ.
+    Of few days those on one side are alike by luck often enough, and what the fleet then shares (a warm hall) passes
+    for a step of every joint. More days show how much days differ.
     """
-    of_three: dict[str, list[float]] = {}
-    for c, found in steps:
-        if c.series.values.size == 3:
-            of_three.setdefault(c.key, []).append((found.after - found.before) / c.series.unit)
-    shared = {key: float(np.median(own)) for key, own in of_three.items()}
+    alike: dict[tuple[str, int, int], list[Compared]] = {}
+    for c, _ in steps:
+        alike.setdefault((c.key, c.series.values.size, c.series.baseline), []).append(c)
+    shared: dict[tuple[str, int, int, int], float] = {}
     result = []
     for c, found in steps:
-        if c.series.values.size == 3:
-            own = abs(found.after - found.before - shared[c.key] * c.series.unit) / found.std
-            found = replace(found, chance=max(found.chance, 2.0 * float(stdtr(found.freedom, -own))))
+        own = (c.key, c.series.values.size, c.series.baseline)
+        if c.series.values.size <= FEW_DAYS and len(alike[own]) >= FEWEST_TO_SHARE_SCATTER:
+            if (*own, found.at) not in shared:
+                shared[*own, found.at] = _median_step([other.series for other in alike[own]], found.at)
+            apart = abs(found.after - found.before - shared[*own, found.at] * c.series.unit) / found.std
+            found = replace(found, chance=max(found.chance, min(1.0, 2.0 * float(stdtr(found.freedom, -apart)))))
         result.append((c, found))
     return result
+
+
+def _median_step(series: Sequence[Series], at: int) -> float:
+    """The median of the steps at one place, in units."""
+    sides = [split(own, np.array([at])) for own in series]
+    return float(np.median([own.after[0] - own.before[0] for own in sides]))

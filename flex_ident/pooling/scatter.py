@@ -74,7 +74,7 @@ def _likelihoods(variance: Floats, freedom: Floats) -> tuple[Floats, Floats]:
 
 
 def _log_f(log_variance: Floats, freedom: Floats, d: float, log_scales: Floats) -> Floats:
-    """Log-likelihood (k) of logarithms (m,) of variances, whose ratio to each scale (k) follows Fisher's F(freedom, d)."""
+    """Log-likelihood (k) of logarithms (m,) of variances whose ratio to each scale (k) follows Fisher's F."""
     x = log_variance - log_scales[:, None]
     half = 0.5 * freedom
     terms = half * (np.log(freedom / d) + x) - (half + 0.5 * d) * np.log1p(freedom / d * np.exp(x))

@@ -8,6 +8,7 @@ What lies between sessions is learnt from sessions, not from recordings: those o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +17,21 @@ from flex_ident.pooling.thresholds import SESSION_S
 from flex_ident.recording.recording import Floats
 
 Sessions = tuple[int, ...]
+FIRST_DATE_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
+"""A recording that begins before is stamped by a simulation's clock or one that counts from when it was switched on."""
 
 
 def sessions_of(starts_s: Sequence[float]) -> Sessions:
     """The session of each recording, counted from 0 in the order of time, by when each began, s.
 
-    One ends `SESSION_S` after its first recording began. Recordings without a time (0) are each one of its own.
+    One ends `SESSION_S` after its first recording began. Recordings whose time is no date are each one of its own.
     """
     found = [0] * len(starts_s)
     count, first = -1, -np.inf
     for i in sorted(range(len(starts_s)), key=lambda own: starts_s[own]):
-        if starts_s[i] <= 0.0 or starts_s[i] - first > SESSION_S:
-            count, first = count + 1, starts_s[i] if starts_s[i] > 0.0 else -np.inf
+        dated = starts_s[i] > FIRST_DATE_S
+        if not dated or starts_s[i] - first > SESSION_S:
+            count, first = count + 1, starts_s[i] if dated else -np.inf
         found[i] = count
     return tuple(found)
 

@@ -18,6 +18,20 @@ def few_recordings(n: Notice) -> str:
     )
 
 
+def few_sessions(n: Notice) -> str:
+    """What recordings of one session, or of a few, do not tell."""
+    recordings, count = n.numbers["recordings"], int(n.numbers["count"])
+    if count == 1:
+        return (
+            f"the {recordings:.0f} recordings are of one session (they began within 12 hours): the result is for that "
+            "day, and how far other days lie from it is not in the interval. Record on other days."
+        )
+    return (
+        f"the {recordings:.0f} recordings are of {count} sessions, and each of these counts once: recordings of one "
+        "day share what it does. Record on five days or more."
+    )
+
+
 def turned(n: Notice) -> str:
     """The scale that a known mass gives, and where its gravity pulls."""
     known = (("inertia", "inertia"), ("weight", "its weight"))
@@ -71,6 +85,7 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
         "{two_std:.2g} {unit} (2σ). Look at each by itself, and leave out what does not belong (--leave-out BAG)."
     ),
     Code.FEW_RECORDINGS: few_recordings,
+    Code.FEW_SESSIONS: few_sessions,
     Code.EFFECT_NOT_SHARED: {
         "contradicted": "{effect} was found in {found} alone, and is contradicted by {against}: it is not accepted.",
         "unconfirmed": "{effect} was found in {found} alone, and no other recording can tell: it is not accepted.",

@@ -102,6 +102,7 @@ FIELDS: dict[Code, dict[str, str]] = {
     Code.MOTOR_EQUATION: dict.fromkeys(("K", "std", "left_percent", "least_skew_s"), "f"),
     Code.BASE_NOT_DETERMINED: {"effects": "s"},
     Code.FEW_RECORDINGS: {"count": "f"},
+    Code.FEW_SESSIONS: {"count": "f", "recordings": "f"},
     Code.TORQUE_SCALE: dict.fromkeys(("scale", "two_std", "angle_deg", "least_deg", "inertia", "weight"), "f"),
 }
 """What the sentences that are functions ask for."""
