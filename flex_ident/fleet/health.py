@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flex_ident.errors import DataError
-from flex_ident.fleet.causes import probable_cause
+from flex_ident.fleet.causes import Cause, probable_cause
 from flex_ident.fleet.comparing import Compared, apart_from_all, as_pairs, comparisons, measured
 from flex_ident.fleet.history import History, histories
 from flex_ident.fleet.rows import Row
@@ -21,7 +21,7 @@ from flex_ident.pooling.thresholds import FALSE_CHANGES, SESSION_S
 HEALTH = "flex_ident/health/1"
 COLUMNS = (
     "robot", "joint", "sha256", "sensors", "verdict", "recorded_at", "finished_at", "tag", "conditions", "parameters",
-    "covariance",
+    "covariance", "method", "settings", "flex_ident_version",
 )  # fmt: skip
 """What is read of the archive."""
 WARMER = 5.0
@@ -62,7 +62,7 @@ def fleet_health(rows: Iterable[Row], baseline: str = "") -> dict[str, Any]:
     return {
         "schema": HEALTH, "baseline": baseline or "first results",
         "false_alarms": {"method": "Benjamini-Hochberg", "rate": FALSE_CHANGES, "comparisons": len(told)},
-        "smallest": _smallest(shown),
+        "smallest": _smallest(shown), "mixed": _mixed(known),
         "joints": [
             _joint(h, by_history.get(h.name, []), _of(changes, h), _of(to_confirm, h)) for h in known
         ],
@@ -162,7 +162,8 @@ def _joint(
         sizes = {key: abs(s.before) or 1.0 for key, (_, s) in own.items()}
         relative = {key: ((s.after - s.before) / sizes[key], s.std / sizes[key]) for key, (_, s) in own.items()}
         warmer = any(_warmer(c, s) for c, s in own.values())
-        content["cause"] = str(probable_cause(relative, known, temperature=warmer))
+        other = any(_other_version(c, s) for c, s in own.values())
+        content["cause"] = str(Cause.VERSION if other else probable_cause(relative, known, temperature=warmer))
     return content
 
 
@@ -189,6 +190,20 @@ def _smallest(shown: Sequence[Shown]) -> dict[str, dict[str, float | int]]:
         key: {"median_percent": float(np.median(own)), "worst_percent": max(own), "series": len(own)}
         for key, own in found.items()
     }
+
+
+def _other_version(own: Compared, found: Step) -> bool:
+    """Whether other versions of flex_ident made the results on one side of the change than on the other."""
+    first, rest = ({t.version for t in side} for side in (own.told(0, found.at), own.told(found.at)))
+    return first.isdisjoint(rest)
+
+
+def _mixed(known: Sequence[History]) -> list[dict[str, Any]]:
+    """The joints that have several histories, by what models and methods; these are not compared with each other."""
+    models: dict[tuple[str, str], list[str]] = {}
+    for h in known:
+        models.setdefault((h.robot, h.joint), []).append(h.model)
+    return [{"robot": r, "joint": j, "models": own} for (r, j), own in models.items() if len(own) > 1]
 
 
 def _warmer(own: Compared, found: Step) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from typing import Any
 
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS, IMPORT_SETTINGS
 from flex_ident.errors import DataError
 from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row
@@ -17,6 +18,9 @@ from flex_ident.pooling.thresholds import FIRST_SESSIONS
 from flex_ident.recording.names import harmless
 
 USABLE = ("trusted", "doubtful")
+DEFAULTS = {setting.key: setting.default for setting in (*IDENTIFY_SETTINGS, *IMPORT_SETTINGS)}
+NO_MATTER = ("joint", "out", "type_file", "type_file_sha256", "cutoff_sweep", "model")
+"""Settings that say which joint, where things are, or what else to draw; of a model file the hash is what counts."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +31,13 @@ class Told:
     tag: str
     parameters: dict[str, tuple[float, float, str]]
     temperature: float | None
+    version: str
 
 
 @dataclass(frozen=True)
 class History:
-    """The results of one joint by one model, in the order of their recordings; the first `baseline` are what it was.
+    """The results of one joint by one model and method, in the order of their recordings; the first `baseline` are what
+    it was.
 
     `sessions` number those that were recorded together, from 0.
     """
@@ -55,25 +61,40 @@ class History:
 
 
 def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
-    """Each joint's history; of a recording that was identified several times the last result counts.
+    """Each joint's histories; of a recording that was identified several times by one model the last result counts.
+
+    Another method, or other settings, give other numbers of the same joint: such results have a history of their own.
 
     `baseline`: a date (results of recordings up to the end of it), a tag, or empty (the first results). Results
     before the first tagged one are left out. Raises DataError where no result has the tag or is as old.
     """
-    found: dict[tuple[str, str, str], dict[str, tuple[datetime, Told]]] = {}
+    last: dict[tuple[str, str, str, str], tuple[Row, Told]] = {}
     for row in rows:
         if row["verdict"] in USABLE:
             told = _told(row)
-            key = row["robot"], row["joint"], f"{'rigid' if 'J' in told.parameters else 'flexible'}, {row['sensors']}"
-            own = found.setdefault(key, {})
-            if row["sha256"] not in own or own[row["sha256"]][0] <= row["finished_at"]:
-                own[row["sha256"]] = row["finished_at"], told
-    made = [_history(key, [told for _, told in own.values()], baseline) for key, own in sorted(found.items())]
+            model = f"{'rigid' if 'J' in told.parameters else 'flexible'}, {row['sensors']}"
+            recording = row["robot"], row["joint"], model, row["sha256"]
+            if recording not in last or last[recording][0]["finished_at"] <= row["finished_at"]:
+                last[recording] = row, told
+    found: dict[tuple[str, str, str], list[Told]] = {}
+    for (robot, joint, model, _), (row, told) in last.items():
+        found.setdefault((robot, joint, f"{model}, {_method(row)}"), []).append(told)
+    made = [_history(key, own, baseline) for key, own in sorted(found.items())]
     if baseline and not any(h.baseline for h in made):
-        tags = sorted({told.tag for own in found.values() for _, told in own.values() if told.tag})
+        tags = sorted({told.tag for own in found.values() for told in own if told.tag})
         known = f"tags: {', '.join(tags)}" if tags else "no result has a tag"
         raise DataError(f"--baseline {harmless(baseline)}: no result is of that tag or date ({known}).")
     return made
+
+
+def _method(row: Row) -> str:
+    """The method of a result, and the settings that are not as they are by default, as far as they change numbers."""
+    given = json.loads(row["settings"] or "{}")
+    other = [
+        f"{key} {value}" for key, value in sorted(given.items())
+        if key not in NO_MATTER and value != DEFAULTS.get(key, "")
+    ]  # fmt: skip
+    return ", ".join([row["method"], *map(harmless, other)])
 
 
 def _history(key: tuple[str, str, str], results: Sequence[Told], baseline: str) -> History:
@@ -118,4 +139,5 @@ def _told(row: Row) -> Told:
     temperature = json.loads(row["conditions"] or "{}").get("temperature")
     number = isinstance(temperature, (int, float)) and math.isfinite(temperature)
     at = row["recorded_at"] or row["finished_at"]
-    return Told(at.astimezone(UTC), row["tag"] or "", known, float(temperature) if number else None)
+    return Told(at.astimezone(UTC), row["tag"] or "", known, float(temperature) if number else None,
+                row["flex_ident_version"] or "")  # fmt: skip

@@ -19,6 +19,7 @@ from flex_ident.report.health_table import (
     change_row,
     counted_states,
     limits_text,
+    mixed_lines,
     smallest_rows,
     worded,
 )
@@ -59,6 +60,7 @@ def health_html(content: Mapping[str, Any]) -> str:
             ),
         ),
         *_waiting(content),
+        *([Section("Not compared", tuple(mixed))] if (mixed := mixed_lines(content)[1:]) else []),
         Section(
             "What this archive could have shown", (limits_text(content),),
             header=("parameter", "smallest change, median", "worst joint", "joints"), right=(1, 2, 3),

@@ -20,9 +20,13 @@ CAUSES = {
     "dry_friction": "dry friction alone grew: probably preload, a seal, a dragging brake, or lubrication",
     "offset": "the offset alone changed: probably the zero of the effort, or gravity that the controller takes away",
     "several": "several things changed at once: explain_gap on a recording from before and one from after tells more",
+    "version": "results before and after are of other versions of flex_ident: probably that, and not the joint; run "
+    "flex_ident batch over all recordings with one version",
 }
 """What each probable cause of `fleet.causes` means."""
 
+MOST_MIXED = 5
+"""Joints of several methods or settings that are named."""
 TO_CONFIRM = "Off, and not surely (the newest session alone, or of three in all); one of another day would tell:"
 
 
@@ -40,6 +44,7 @@ def health_text(content: Mapping[str, Any]) -> str:
     if content["to_confirm"]:
         lines += ["", TO_CONFIRM]
         lines += [_table(content["to_confirm"])]
+    lines += mixed_lines(content)
     lines += [
         "",
         f"Baseline: {content['baseline']}. {held['comparisons']} comparisons; of the changes named no more than "
@@ -47,6 +52,19 @@ def health_text(content: Mapping[str, Any]) -> str:
         limits_text(content),
     ]
     return "\n".join(lines)
+
+
+def mixed_lines(content: Mapping[str, Any]) -> list[str]:
+    """That results by other methods or settings are not compared, joint by joint."""
+    mixed = content["mixed"]
+    lines = [
+        f"{_name(own)}: results by {len(own['models'])} methods or settings, which are not compared with each other "
+        f"({'; '.join(own['models'])}). Run flex_ident batch over all its recordings with one."
+        for own in mixed[:MOST_MIXED]
+    ]
+    if len(mixed) > MOST_MIXED:
+        lines.append(f"{len(mixed) - MOST_MIXED} more joints have results by several methods or settings.")
+    return ["", *lines] if lines else []
 
 
 def counted_states(content: Mapping[str, Any]) -> list[tuple[str, int]]:

@@ -237,3 +237,43 @@ def test_three_sessions_tell_no_less_than_two() -> None:
 
     two, three = (sum(found(seed, sessions) for seed in range(8)) for sessions in (2, 3))
     assert three >= two >= 6
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("settings", {"effort_scale": 1.2}, "effort_scale 1.2"), ("settings", {"rigid": True}, "rigid True"),
+        ("method", "paper", "paper"), ("sensors", "motor", "flexible, motor,"),
+    ],
+)  # fmt: skip
+def test_another_method_or_setting_is_no_change_of_the_joint(column: str, value: object, said: str) -> None:
+    rows = made_up(results=10, changed={"K": 0.8}, since=5)
+    late = [row for n, row in enumerate(rows) if n % 10 >= 5]
+    for row in late:
+        row[column] = json.dumps(value) if isinstance(value, dict) else value
+    content = fleet_health(rows)
+    assert content["changes"] == []
+    assert len(content["mixed"]) == 6
+    assert len(content["joints"]) == 12
+    text = health_text(content)
+    assert said in text
+    assert "not compared with each other" in text
+    assert "1 more joints" in text
+    for row in late:  # what settings leave out, and which joint was asked for, is no difference
+        row |= {
+            "settings": json.dumps({"joint": "all", "effort_scale": 1.0}),
+            "method": "auto",
+            "sensors": "motor+link",
+        }
+    content = fleet_health(rows)
+    assert [own["parameter"] for own in content["changes"]] == ["K"]
+    assert content["mixed"] == []
+
+
+def test_a_change_with_the_version_is_put_down_to_it() -> None:
+    rows = made_up(results=10, changed={"K": 0.8}, since=5)
+    for n, row in enumerate(rows):
+        row["flex_ident_version"] = "0.1" if n % 10 < 5 else "0.2"
+    content = fleet_health(rows)
+    assert {own.get("cause") for own in content["joints"]} == {None, Cause.VERSION}
+    assert "other versions of flex_ident" in health_text(content)
