@@ -56,7 +56,7 @@ def rows_of(
             }  # fmt: skip
             sha256 = f"{robot}.{joint}.{session}.{i}"
             common = common_row(
-                robot=f"arm {robot}", bag="b", sha256=sha256, tag="", conditions={}, settings={}
+                robot=f"arm {robot}", bag=sha256, sha256=sha256, tag="", conditions={}, settings={}
             )  # fmt: skip
             at = START + 30.0 * DAY * session + 1800.0 * i
             rows.append(result_row(common, content, start_time_s=at, seconds=1.0))

@@ -12,6 +12,7 @@ from flex_ident.errors import DataError
 from flex_ident.fleet.causes import Cause, probable_cause
 from flex_ident.fleet.comparing import Compared, apart_from_all, as_pairs, comparisons, measured
 from flex_ident.fleet.history import History, histories
+from flex_ident.fleet.replaced import without_replaced
 from flex_ident.fleet.rows import Row
 from flex_ident.pooling.changes import Step, adjusted, smallest, step
 from flex_ident.pooling.scatter import Scatter
@@ -21,7 +22,7 @@ from flex_ident.pooling.thresholds import FALSE_CHANGES, SESSION_S
 HEALTH = "flex_ident/health/1"
 COLUMNS = (
     "robot", "joint", "sha256", "sensors", "verdict", "recorded_at", "finished_at", "tag", "conditions", "parameters",
-    "covariance", "method", "settings", "flex_ident_version",
+    "covariance", "method", "settings", "flex_ident_version", "bag",
 )  # fmt: skip
 """What is read of the archive."""
 WARMER = 5.0
@@ -40,7 +41,8 @@ class Shown:
 
 def fleet_health(rows: Iterable[Row], baseline: str = "") -> dict[str, Any]:
     """The content of `flex_ident health --json` (docs/fleet.md). Raises DataError where nothing can be compared."""
-    known = histories(rows, baseline)
+    there, replaced = without_replaced(rows)
+    known = histories(there, baseline)
     compared, scatter = measured([c for history in known for c in comparisons(history)])
     judged = apart_from_all(_told([(c, step(c.series, scatter[c.key])) for c in compared]))
     early = as_pairs(compared)
@@ -62,7 +64,7 @@ def fleet_health(rows: Iterable[Row], baseline: str = "") -> dict[str, Any]:
     return {
         "schema": HEALTH, "baseline": baseline or "first results",
         "false_alarms": {"method": "Benjamini-Hochberg", "rate": FALSE_CHANGES, "comparisons": len(told)},
-        "smallest": _smallest(shown), "mixed": _mixed(known),
+        "smallest": _smallest(shown), "mixed": _mixed(known), "replaced": replaced,
         "joints": [
             _joint(h, by_history.get(h.name, []), _of(changes, h), _of(to_confirm, h)) for h in known
         ],

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flex_ident.recording.names import harmless
 from flex_ident.report.table import rounded, text_table
 
 HEADER = ("robot", "joint", "parameter", "before", "after", "unit", "change", "95 % interval", "chance", "since")
@@ -55,7 +56,7 @@ def health_text(content: Mapping[str, Any]) -> str:
 
 
 def mixed_lines(content: Mapping[str, Any]) -> list[str]:
-    """That results by other methods or settings are not compared, joint by joint."""
+    """What is not compared: results by other methods or settings, joint by joint, and those of bags that are no more."""
     mixed = content["mixed"]
     lines = [
         f"{_name(own)}: results by {len(own['models'])} methods or settings, which are not compared with each other "
@@ -64,6 +65,15 @@ def mixed_lines(content: Mapping[str, Any]) -> list[str]:
     ]
     if len(mixed) > MOST_MIXED:
         lines.append(f"{len(mixed) - MOST_MIXED} more joints have results by several methods or settings.")
+    replaced = content["replaced"]
+    if replaced:
+        count = sum(own["recordings"] for own in replaced)
+        lines.append(
+            f"{len(replaced)} bag{'s were' if len(replaced) > 1 else ' was'} replaced by "
+            f"{'others' if len(replaced) > 1 else 'another'} of the same name and day ({harmless(replaced[0]['bag'])}"
+            f"{', ...' if len(replaced) > 1 else ''}): what is in the archive of the {count} old recording"
+            f"{'s' if count > 1 else ''} does not count."
+        )
     return ["", *lines] if lines else []
 
 

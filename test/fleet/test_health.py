@@ -2,7 +2,7 @@
 
 import json
 from contextlib import suppress
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,8 @@ def made_up(
             "parameters": parameters, "warnings": [],
         }  # fmt: skip
         given = {"tag": "first" if i < 2 else "", "conditions": {}, "settings": {}, **common}
-        own = common_row(robot=f"arm {robot}", bag="b", sha256=f"{robot}.{joint}.{i}", **given)
+        name = f"{robot}.{joint}.{i}"
+        own = common_row(robot=f"arm {robot}", bag=name, sha256=name, **given)
         rows.append(result_row(own, content, start_time_s=START + 30 * DAY * i, seconds=1.0))
     return rows
 
@@ -277,3 +278,22 @@ def test_a_change_with_the_version_is_put_down_to_it() -> None:
     content = fleet_health(rows)
     assert {own.get("cause") for own in content["joints"]} == {None, Cause.VERSION}
     assert "other versions of flex_ident" in health_text(content)
+
+
+def test_a_bag_that_was_replaced_under_its_name_counts_once() -> None:
+    rows = made_up(results=8)
+    broken = {**rows[7], "sha256": "old", "finished_at": rows[7]["finished_at"] - timedelta(days=1)}
+    broken["parameters"] = json.dumps({
+        key: {**own, "value": 2.0 * own["value"]} for key, own in json.loads(rows[7]["parameters"]).items()
+    })  # fmt: skip
+    content = fleet_health([*rows, broken])
+    assert content["replaced"] == [{"bag": "0.0.7", "robot": "arm 0", "recordings": 1}]
+    assert content["changes"] == content["to_confirm"] == []
+    assert content["joints"][0]["results"] == 8
+    assert "1 bag was replaced by another of the same name and day (0.0.7)" in health_text(content)
+
+
+def test_a_name_that_is_written_again_on_other_days_is_of_other_recordings() -> None:
+    content = fleet_health([{**row, "bag": f"{row['robot']}/latest"} for row in made_up()])
+    assert content["replaced"] == []
+    assert {own["results"] for own in content["joints"]} == {8}
