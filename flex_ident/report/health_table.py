@@ -56,7 +56,7 @@ def health_text(content: Mapping[str, Any]) -> str:
 
 
 def mixed_lines(content: Mapping[str, Any]) -> list[str]:
-    """What is not compared: results by other methods or settings, joint by joint, and those of bags that are no more."""
+    """What is not compared: results by other methods or settings, joint by joint, and those of bags replaced."""
     mixed = content["mixed"]
     lines = [
         f"{_name(own)}: results by {len(own['models'])} methods or settings, which are not compared with each other "
