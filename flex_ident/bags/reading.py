@@ -127,7 +127,10 @@ def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: Sig
     if places.current is not None:
         raw["motor_current"] = found[places.current]
         if not _range(raw["motor_current"]) > 0.0:
-            raise SignalError(f"{places.current.source} does not change: name another signal with --motor-current.")
+            what = (
+                "does not change" if measurable(raw["motor_current"].values).any() else "holds no messages with numbers"
+            )
+            raise SignalError(f"{places.current.source} {what}: name another signal with --motor-current.")
     return raw
 
 

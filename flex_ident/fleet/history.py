@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from typing import Any
 
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS, IMPORT_SETTINGS
-from flex_ident.errors import DataError
+from flex_ident.errors import DataError, UsageError
 from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row
 from flex_ident.pooling.sessions import sessions_of
 from flex_ident.pooling.thresholds import FIRST_SESSIONS
 from flex_ident.recording.names import harmless
 
+_DATE_LIKE = re.compile(r"\d{4}-\d{1,2}-\d{1,2}")
 USABLE = ("trusted", "doubtful")
 DEFAULTS = {setting.key: setting.default for setting in (*IDENTIFY_SETTINGS, *IMPORT_SETTINGS)}
 NO_MATTER = ("joint", "out", "type_file", "type_file_sha256", "cutoff_sweep", "model")
@@ -66,7 +68,8 @@ def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
     Another method, or other settings, give other numbers of the same joint: such results have a history of their own.
 
     `baseline`: a date (results of recordings up to the end of it), a tag, or empty (the first results). Results
-    before the first tagged one are left out. Raises DataError where no result has the tag or is as old.
+    before the first tagged one are left out. Raises DataError where no result has the tag or is as old, and UsageError
+    for what is no day.
     """
     last: dict[tuple[str, str, str, str], tuple[Row, Told]] = {}
     for row in rows:
@@ -79,9 +82,11 @@ def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
     found: dict[tuple[str, str, str], list[Told]] = {}
     for (robot, joint, model, _), (row, told) in last.items():
         found.setdefault((robot, joint, f"{model}, {_method(row)}"), []).append(told)
+    tags = sorted({told.tag for own in found.values() for told in own if told.tag})
+    if _DATE_LIKE.fullmatch(baseline) and _date(baseline) is None and baseline not in tags:
+        raise UsageError(f"--baseline {harmless(baseline)}: there is no such day, and no such tag: give YYYY-MM-DD.")
     made = [_history(key, own, baseline) for key, own in sorted(found.items())]
     if baseline and not any(h.baseline for h in made):
-        tags = sorted({told.tag for own in found.values() for told in own if told.tag})
         known = f"tags: {', '.join(tags)}" if tags else "no result has a tag"
         raise DataError(f"--baseline {harmless(baseline)}: no result is of that tag or date ({known}).")
     return made

@@ -8,6 +8,9 @@ from collections.abc import Mapping
 from flex_ident.notices import Code, Notice
 from flex_ident.report.worded import Template
 
+QUARTER_DEG, NEAR_DEG = 90.0, 10.0
+"""A turn by which X and Y are exchanged, and how near to it that is asked."""
+
 
 def few_recordings(n: Notice) -> str:
     """Why the intervals of two or three recordings are wide."""
@@ -44,6 +47,8 @@ def turned(n: Notice) -> str:
     angle = n.numbers["angle_deg"]
     if math.isfinite(angle) and abs(angle) > n.numbers["least_deg"]:
         text += f"; its gravity acts as if X and Y were turned by {angle:.3g} degrees from the frame of MX and MY"
+        if abs(abs(angle) - QUARTER_DEG) < NEAR_DEG:
+            text += " (a quarter: are X and Y of --payload exchanged, or one with the wrong sign?)"
     return text + "."
 
 

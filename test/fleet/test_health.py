@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flex_ident.commands.flex_ident import main
-from flex_ident.errors import DataError
+from flex_ident.errors import DataError, UsageError
 from flex_ident.fleet.causes import Cause, probable_cause
 from flex_ident.fleet.health import fleet_health
 from flex_ident.fleet.ratios import ratios
@@ -161,6 +161,8 @@ def test_what_cannot_be_compared_is_refused() -> None:
         fleet_health(made_up(1, 1))
     with pytest.raises(DataError, match="tags: first"):
         fleet_health(made_up(), "last")
+    with pytest.raises(UsageError, match="2026-13-45: there is no such day, and no such tag: give YYYY-MM-DD"):
+        fleet_health(made_up(), "2026-13-45")
 
 
 def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
