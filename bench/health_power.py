@@ -80,7 +80,7 @@ def rows_of(
                 "parameters": parameters, "warnings": [], "covariance": {**stored, "matrix": matrix},
             }  # fmt: skip
             shared = common_row(
-                robot=f"arm {joint}", bag="b", sha256=f"{joint}.{i}", tag="", conditions={}, settings={}
+                robot=f"arm {joint}", bag=f"{joint}.{i}", sha256=f"{joint}.{i}", tag="", conditions={}, settings={}
             )  # fmt: skip
             rows.append(result_row(shared, content, start_time_s=START + 30 * DAY * i, seconds=1.0))
     return rows

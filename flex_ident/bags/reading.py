@@ -22,6 +22,7 @@ from flex_ident.recording.alignment import aligned_recording
 from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.clocks import RawSignal, signals_of
 from flex_ident.recording.empty_messages import without_empty_messages
+from flex_ident.recording.laid_over import without_laid_over
 from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
 from flex_ident.recording.stillness import refuse_held
@@ -77,6 +78,7 @@ def _signals(
         raise _no_second_encoder(chosen.motor.source)
     raw = _by_role(chosen, found, selection)
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
+    raw, overlaid = without_laid_over(raw)
     raw, emptied = without_empty_messages(raw)
     signals, dropped, origin = signals_of(raw, joint=chosen.joint, factors=factors)
     signals, wrapped = unwrapped(signals, factors)
@@ -90,7 +92,16 @@ def _signals(
     near = {p.name: found[p] for p in beside if p.topic == chosen.motor.topic and p not in chosen.all()}
     others = tracks(near, next(s for s in signals if s.role == "motor_position"), origin)
     moved = moved_notice(others)
-    said = [*bag.notices(), *notices, *emptied, *dropped, *wrapped, *mended, *_unit_notices(selection, chosen)]
+    said = [
+        *bag.notices(),
+        *notices,
+        *overlaid,
+        *emptied,
+        *dropped,
+        *wrapped,
+        *mended,
+        *_unit_notices(selection, chosen),
+    ]
     collected = dict.fromkeys([*said, *([moved] if moved is not None else [])])
     return chosen.joint, signals, list(collected), origin, others
 
@@ -116,7 +127,10 @@ def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: Sig
     if places.current is not None:
         raw["motor_current"] = found[places.current]
         if not _range(raw["motor_current"]) > 0.0:
-            raise SignalError(f"{places.current.source} does not change: name another signal with --motor-current.")
+            what = (
+                "does not change" if measurable(raw["motor_current"].values).any() else "holds no messages with numbers"
+            )
+            raise SignalError(f"{places.current.source} {what}: name another signal with --motor-current.")
     return raw
 
 

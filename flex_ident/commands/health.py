@@ -30,7 +30,7 @@ def add_health(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("archive", type=Path, metavar="ARCHIVE", help="the folder that flex_ident batch wrote")
     parser.add_argument(
         "--baseline", default="", metavar="DATE|TAG",
-        help="recordings up to a day (YYYY-MM-DD), or results of a batch --tag; default: each joint's first three",
+        help="recordings up to a day (YYYY-MM-DD), or results of a batch --tag; default: the first three sessions",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="the result, and nothing else, on standard output")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.html and health.json there")

@@ -19,6 +19,7 @@ from typing import Any
 from flex_ident import __version__
 from flex_ident.bags.extras import extra_module
 from flex_ident.errors import DataError, UsageError
+from flex_ident.fleet.gathered import FEWEST, gathered_table
 from flex_ident.fleet.rows import ARCHIVE, COLUMNS, FLAGS, NUMBERS, TIMES, Row
 from flex_ident.recording.names import path_text
 from flex_ident.report.folder import check_writable
@@ -101,7 +102,11 @@ class Archive:
         try:  # at once; which file is at fault is found out only where one is
             data = extra_module("pyarrow.dataset", EXTRA, WHAT)
             asked = list(dict.fromkeys((*columns, "archive")))
-            table = data.dataset([str(f) for f in files], schema=self._schema(), format="parquet").to_table(asked)
+            if len(files) >= FEWEST and not set(columns) & set(WIDE):
+                kept = [name for name in COLUMNS if name not in WIDE]
+                table = gathered_table(files, asked, kept, self._schema(), EXTRA)
+            else:
+                table = data.dataset([str(f) for f in files], schema=self._schema(), format="parquet").to_table(asked)
             if set(table.column("archive").unique().to_pylist()) == {ARCHIVE}:
                 return table.select(list(columns))
         except (OSError, ValueError):  # pyarrow's own errors are one or the other

@@ -28,6 +28,7 @@ class Cause(StrEnum):
     DRY_FRICTION = "dry_friction"
     OFFSET = "offset"
     SEVERAL = "several"
+    VERSION = "version"
 
 
 def probable_cause(

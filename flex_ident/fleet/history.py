@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from typing import Any
 
-from flex_ident.errors import DataError
+from flex_ident.configuration.settings import IDENTIFY_SETTINGS, IMPORT_SETTINGS
+from flex_ident.errors import DataError, UsageError
 from flex_ident.fleet.ratios import ratios
 from flex_ident.fleet.rows import Row
-from flex_ident.pooling.thresholds import FIRST_RESULTS
+from flex_ident.pooling.sessions import sessions_of
+from flex_ident.pooling.thresholds import FIRST_SESSIONS
 from flex_ident.recording.names import harmless
 
+_DATE_LIKE = re.compile(r"\d{4}-\d{1,2}-\d{1,2}")
 USABLE = ("trusted", "doubtful")
+DEFAULTS = {setting.key: setting.default for setting in (*IDENTIFY_SETTINGS, *IMPORT_SETTINGS)}
+NO_MATTER = ("joint", "out", "type_file", "type_file_sha256", "cutoff_sweep", "model")
+"""Settings that say which joint, where things are, or what else to draw; of a model file the hash is what counts."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +33,28 @@ class Told:
     tag: str
     parameters: dict[str, tuple[float, float, str]]
     temperature: float | None
+    version: str
 
 
 @dataclass(frozen=True)
 class History:
-    """The results of one joint by one model, in the order of their recordings; the first `baseline` are what it was."""
+    """The results of one joint by one model and method, in the order of their recordings; the first `baseline` are what
+    it was.
+
+    `sessions` number those that were recorded together, from 0.
+    """
 
     robot: str
     joint: str
     model: str
     results: tuple[Told, ...]
     baseline: int
+    sessions: tuple[int, ...]
+
+    @property
+    def session_count(self) -> int:
+        """How many sessions there are."""
+        return len(set(self.sessions))
 
     @property
     def name(self) -> tuple[str, str, str]:
@@ -45,39 +63,67 @@ class History:
 
 
 def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
-    """Each joint's history; of a recording that was identified several times the last result counts.
+    """Each joint's histories; of a recording that was identified several times by one model the last result counts.
+
+    Another method, or other settings, give other numbers of the same joint: such results have a history of their own.
 
     `baseline`: a date (results of recordings up to the end of it), a tag, or empty (the first results). Results
-    before the first tagged one are left out. Raises DataError where no result has the tag or is as old.
+    before the first tagged one are left out. Raises DataError where no result has the tag or is as old, and UsageError
+    for what is no day.
     """
-    found: dict[tuple[str, str, str], dict[str, tuple[datetime, Told]]] = {}
+    last: dict[tuple[str, str, str, str], tuple[Row, Told]] = {}
     for row in rows:
         if row["verdict"] in USABLE:
             told = _told(row)
-            key = row["robot"], row["joint"], f"{'rigid' if 'J' in told.parameters else 'flexible'}, {row['sensors']}"
-            own = found.setdefault(key, {})
-            if row["sha256"] not in own or own[row["sha256"]][0] <= row["finished_at"]:
-                own[row["sha256"]] = row["finished_at"], told
-    made = [_history(key, [told for _, told in own.values()], baseline) for key, own in sorted(found.items())]
+            model = f"{'rigid' if 'J' in told.parameters else 'flexible'}, {row['sensors']}"
+            recording = row["robot"], row["joint"], model, row["sha256"]
+            if recording not in last or last[recording][0]["finished_at"] <= row["finished_at"]:
+                last[recording] = row, told
+    found: dict[tuple[str, str, str], list[Told]] = {}
+    for (robot, joint, model, _), (row, told) in last.items():
+        found.setdefault((robot, joint, f"{model}, {_method(row)}"), []).append(told)
+    tags = sorted({told.tag for own in found.values() for told in own if told.tag})
+    if _DATE_LIKE.fullmatch(baseline) and _date(baseline) is None and baseline not in tags:
+        raise UsageError(f"--baseline {harmless(baseline)}: there is no such day, and no such tag: give YYYY-MM-DD.")
+    made = [_history(key, own, baseline) for key, own in sorted(found.items())]
     if baseline and not any(h.baseline for h in made):
-        tags = sorted({told.tag for own in found.values() for _, told in own.values() if told.tag})
         known = f"tags: {', '.join(tags)}" if tags else "no result has a tag"
         raise DataError(f"--baseline {harmless(baseline)}: no result is of that tag or date ({known}).")
     return made
 
 
+def _method(row: Row) -> str:
+    """The method of a result, and the settings that are not as they are by default, as far as they change numbers."""
+    given = json.loads(row["settings"] or "{}")
+    other = [
+        f"{key} {value}" for key, value in sorted(given.items())
+        if key not in NO_MATTER and value != DEFAULTS.get(key, "")
+    ]  # fmt: skip
+    return ", ".join([row["method"], *map(harmless, other)])
+
+
 def _history(key: tuple[str, str, str], results: Sequence[Told], baseline: str) -> History:
+    """A joint's history. The baseline is of whole sessions, but where a tag parts one."""
     ordered = sorted(results, key=lambda told: told.at)
     until = _date(baseline)
-    if not baseline:
-        count = min(FIRST_RESULTS, max(1, len(ordered) - 2))
-    elif until is not None:
-        count = sum(told.at.date() <= until for told in ordered)
-    else:
+    if baseline and until is None:
         tagged = [told for told in ordered if told.tag == baseline]
         later = [told for told in ordered if told.tag != baseline and tagged and told.at > tagged[0].at]
-        ordered, count = [*tagged, *later], len(tagged)
-    return History(*key, tuple(ordered), count)
+        first, rest = _sessions(tagged), _sessions(later)
+        sessions = (*first, *(own + len(set(first)) for own in rest))
+        return History(*key, (*tagged, *later), len(tagged), sessions)
+    sessions = _sessions(ordered)
+    if until is not None:
+        early = {s for s, told in zip(sessions, ordered, strict=True) if told.at.date() <= until}
+        count = sum(s in early for s in sessions)
+    else:
+        first_sessions = min(FIRST_SESSIONS, max(1, len(set(sessions)) - 2))
+        count = sum(s < first_sessions for s in sessions)
+    return History(*key, tuple(ordered), count, sessions)
+
+
+def _sessions(ordered: Sequence[Told]) -> tuple[int, ...]:
+    return sessions_of([told.at.timestamp() for told in ordered])
 
 
 def _date(text: str) -> date | None:
@@ -98,4 +144,5 @@ def _told(row: Row) -> Told:
     temperature = json.loads(row["conditions"] or "{}").get("temperature")
     number = isinstance(temperature, (int, float)) and math.isfinite(temperature)
     at = row["recorded_at"] or row["finished_at"]
-    return Told(at.astimezone(UTC), row["tag"] or "", known, float(temperature) if number else None)
+    return Told(at.astimezone(UTC), row["tag"] or "", known, float(temperature) if number else None,
+                row["flex_ident_version"] or "")  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Any
 
 from flex_ident import __version__
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS
+from flex_ident.pooling.sessions import FIRST_DATE_S
 
 ARCHIVE = "flex_ident/archive/1"
 ERROR = "error"
@@ -24,8 +25,6 @@ TEXTS = (
 )  # fmt: skip
 ENDS = ("parameters", "covariance", "finished_at", "seconds", "result")
 COLUMNS = (*TEXTS, *(name for key in KEYS for name in (key, f"{key}_std")), *ENDS)
-FIRST_DATE_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
-"""A recording that begins before is stamped by a simulation's clock or one that counts from when it was switched on."""
 TIMES, FLAGS = ("recorded_at", "finished_at"), ("again",)
 NUMBERS = ("seconds", *(name for key in KEYS for name in (key, f"{key}_std")))
 """What is no text: times in UTC, yes or no, and numbers."""

@@ -36,7 +36,17 @@ def loads_in(texts: Sequence[str], names: Sequence[Sequence[str]]) -> list[Load]
         if meant[0] in own:
             raise UsageError(f"--payload {shortened(text)}: a second one for {bag}: give one mass and its place.")
         own[meant[0]] = load
-    return [own.get(i, common or Load()) for i in range(len(names))]
+    carried = [own.get(i, common or Load()) for i in range(len(names))]
+    if not any(load.mass > 0.0 for load in carried):
+        raise UsageError(
+            f"--payload {shortened(texts[0])}: no recording carries a mass: give it in kg, or leave this out."
+        )
+    if common is None and (empty := [i for i, load in own.items() if load.mass == 0.0]):
+        raise UsageError(
+            f"--payload for {names[empty[0]][0]}: a mass of 0 kg is what a recording without --payload carries: give "
+            "its mass, or leave it out."
+        )
+    return carried
 
 
 def _load(text: str) -> tuple[str | None, Load]:

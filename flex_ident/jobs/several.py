@@ -114,9 +114,9 @@ def joined_result(
     """The results of a set's recordings as one, in units of the current where no known mass gives its scale."""
     current = any(is_current(own.notices) for own in results)
     members = [
-        _member(name, result, {**own, **given, **_carried(loads, i)})
-        for i, (name, result, own, given) in enumerate(
-            zip(names, results, recorded_conditions(recordings), conditions, strict=True)
+        _member(name, result, {**own, **given, **_carried(loads, i)}, recording.start_time_s)
+        for i, (name, result, recording, own, given) in enumerate(
+            zip(names, results, recordings, recorded_conditions(recordings), conditions, strict=True)
         )
     ]
     found = several(members, loads, current=current, slides=any(map(slides, results)))
@@ -132,12 +132,12 @@ def joined_result(
     )  # fmt: skip
 
 
-def _member(name: str, result: Identification, conditions: Mapping[str, float | str]) -> Member:
+def _member(name: str, result: Identification, conditions: Mapping[str, float | str], start_time_s: float) -> Member:
     covariance = result.covariance
     if covariance is None:  # a method that says nothing of how its parameters are uncertain together
         known = [p for p in result.parameters if 0.0 < p.std < float("inf")]
         covariance = joined_alone([p.key for p in known], [p.std for p in known])
-    return Member(name, result.parameters, covariance, conditions, result.verdict)
+    return Member(name, result.parameters, covariance, conditions, result.verdict, start_time_s)
 
 
 def joined_alone(keys: Sequence[str], stds: Sequence[float]) -> Covariance:

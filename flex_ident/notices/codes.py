@@ -441,6 +441,11 @@ class Code(StrEnum):
         "Two or three recordings say little of how far others would scatter: the intervals are wide for that.",
         "Record five times or more, under all conditions that matter.",
     )  # fmt: skip
+    FEW_SESSIONS = (
+        "few_sessions", "info",
+        "The recordings are of one day, or of two or three: they say little or nothing of how far days differ.",
+        "Record on other days as well, five or more: recordings of one day share its temperature and mounting.",
+    )  # fmt: skip
     EFFECT_NOT_SHARED = (
         "effect_not_shared", "info",
         "An effect that some recordings of the joint show by themselves, and that the others do not bear out.",

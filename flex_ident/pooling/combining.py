@@ -8,13 +8,15 @@ Hartung and Knapp (Statist. Med. 20, 2001), never narrower than without scatter,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, t
 
 from flex_ident.pooling.members import Values
+from flex_ident.pooling.sessions import session_means, within_sessions
 from flex_ident.pooling.thresholds import LEAST_STATISTICAL, TWO_SCATTER
 from flex_ident.recording.recording import Floats
 
@@ -44,14 +46,31 @@ class Pooled:
         return self.half / NORMAL
 
 
-def pooled(values: Floats, stds: Floats, systematic: Floats | None = None) -> Pooled:
+def pooled(
+    values: Floats, stds: Floats, systematic: Floats | None = None, sessions: Sequence[int] | None = None
+) -> Pooled:
     """One number from `values` (n,), each with its standard deviation (n,), of which `systematic` (n,) is shared.
 
-    Two that do not scatter (chance over 10 %) have an interval over both of theirs: one degree of freedom says nothing.
+    Two that do not scatter (chance over 20 %) have an interval over both of theirs: one degree of freedom says nothing.
+    Values of one of the `sessions` (n) count as one, their mean; those of one session alone tell nothing of others, and
+    their scatter is that within it.
     """
-    n = values.size
     shared = 0.0 if systematic is None else float(np.min(systematic))
-    variance = np.maximum(stds**2 - shared**2, LEAST_STATISTICAL * stds**2)
+    variance: Floats = np.maximum(stds**2 - shared**2, LEAST_STATISTICAL * stds**2)
+    count = values.size if sessions is None else len(set(sessions))
+    if sessions is None or count in (1, values.size):
+        return _pooled(values, variance, shared)
+    means, mean_stds, within = session_means(values, np.sqrt(variance), sessions)
+    found = _pooled(means, mean_stds**2, shared)
+    at = np.unique(np.asarray(sessions), return_inverse=True)[1]
+    scatter = float(np.hypot(found.scatter, np.sqrt(within_sessions(values, np.sqrt(variance), at))))
+    chance = float(chi2.sf(_spread(values, variance, 0.0), values.size - 1))
+    return replace(found, weights=found.weights[at] * within, own=np.sqrt(variance), scatter=scatter, chance=chance)
+
+
+def _pooled(values: Floats, variance: Floats, shared: float) -> Pooled:
+    """One number from values (n,) that are independent but for `shared`."""
+    n = values.size
     chance = float(chi2.sf(_spread(values, variance, 0.0), n - 1)) if n > 1 else 1.0
     tau2 = between(values, variance)
     weights = 1.0 / (variance + tau2)
@@ -89,7 +108,8 @@ def pooled_all(given: Values) -> tuple[Pooled, ...]:
     for k in range(len(given.keys)):
         rows = given.there[:, k]
         stds = np.sqrt(given.covariances[rows, k, k])
-        found.append(pooled(given.values[rows, k], stds, given.systematic[rows, k]))
+        sessions = [s for s, there in zip(given.sessions, rows, strict=True) if there]
+        found.append(pooled(given.values[rows, k], stds, given.systematic[rows, k], sessions))
     return tuple(found)
 
 
@@ -115,7 +135,10 @@ def pooled_covariance(given: Values, found: tuple[Pooled, ...]) -> Floats:
     between_all = together * np.outer(tau, tau)
     total = np.zeros((p, p))
     for i in range(n):
-        total += (given.covariances[i] + between_all) * np.outer(weights[i], weights[i])
+        total += given.covariances[i] * np.outer(weights[i], weights[i])
+    for session in set(given.sessions):
+        own = weights[np.asarray(given.sessions) == session].sum(axis=0)
+        total += between_all * np.outer(own, own)
     scale = np.array([own.std for own in found]) / np.sqrt(np.maximum(np.diag(total), 1e-300))
     matrix: Floats = total * np.outer(scale, scale)
     return matrix

@@ -10,6 +10,7 @@ from scipy.stats import t
 
 from flex_ident.pooling.combining import between
 from flex_ident.pooling.members import Values
+from flex_ident.pooling.sessions import session_means, within_sessions
 from flex_ident.pooling.thresholds import DISAGREES, FEWEST_TO_DISAGREE
 from flex_ident.recording.recording import Floats
 
@@ -49,21 +50,33 @@ def disagreements(given: Values, explained: Collection[str] = ()) -> tuple[Disag
 
 
 def _compared(given: Values, left: list[int], index: int, key: str) -> Disagreement | None:
-    """One recording against the others by one parameter; None where fewer than three others determine it."""
+    """One recording against the others by one parameter; None where fewer than three other sessions determine it."""
     k = given.keys.index(key)
     others = [i for i in left if i != index and given.there[i, k]]
-    if not given.there[index, k] or len(others) < FEWEST_TO_DISAGREE - 1:
+    together = len(set(given.sessions)) == 1
+    count = len(others) if together else len({given.sessions[i] for i in others})
+    if not given.there[index, k] or count < FEWEST_TO_DISAGREE - 1:
         return None
     stds = distance(given, others, index, k)
-    return Disagreement(index, key, stds, 2.0 * float(t.sf(stds, len(others) - 1)))
+    return Disagreement(index, key, stds, 2.0 * float(t.sf(stds, count - 1)))
 
 
 def distance(given: Values, others: list[int], index: int, k: int) -> float:
-    """Standard deviations of recording `index` from what `others` predict of parameter `k`, their scatter in them."""
+    """Standard deviations of recording `index` from what `others` predict of parameter `k`, their scatter in them.
+
+    Others of one session count as one, but where all recordings are of one.
+    """
     values = given.values[:, k]
     shared = float(np.min(given.systematic[[*others, index], k]))
     variance: Floats = np.maximum(given.covariances[:, k, k] - shared**2, 0.0)
-    tau2 = between(values[others], variance[others])
-    weights = 1.0 / (variance[others] + tau2)
-    mean = float(weights @ values[others] / weights.sum())
-    return float(abs(values[index] - mean) / np.sqrt(variance[index] + tau2 + 1.0 / weights.sum()))
+    there, known = values[others], variance[others]
+    sessions = [given.sessions[i] for i in others]
+    within = 0.0
+    if 1 < len(set(sessions)) < len(others):
+        within = within_sessions(there, np.sqrt(known), np.unique(sessions, return_inverse=True)[1])
+        there, stds, _ = session_means(there, np.sqrt(known), sessions)
+        known = stds**2
+    tau2 = between(there, known)
+    weights = 1.0 / (known + tau2)
+    mean = float(weights @ there / weights.sum())
+    return float(abs(values[index] - mean) / np.sqrt(variance[index] + within + tau2 + 1.0 / weights.sum()))

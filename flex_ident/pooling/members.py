@@ -9,18 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.parameters import Covariance, Parameter, Verdict
+from flex_ident.pooling.sessions import Sessions, sessions_of
 from flex_ident.recording.recording import Floats
 
 
 @dataclass(frozen=True)
 class Member:
-    """A recording by `name`, its parameters with their covariance, and the conditions under which it was made."""
+    """A recording by `name`, its parameters with their covariance, and the conditions under which it was made.
+
+    `start_time_s`: when it began, since 1970; 0 where that is not known.
+    """
 
     name: str
     parameters: tuple[Parameter, ...]
     covariance: Covariance
     conditions: Mapping[str, float | str] = field(default_factory=dict)
     verdict: Verdict = "trusted"
+    start_time_s: float = 0.0
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -38,12 +43,13 @@ class Member:
 @dataclass(frozen=True)
 class Values:
     """The members' values (n, p) of `keys`, NaN where a recording does not determine one, their covariances (n, p, p),
-    zero there, and the standard deviations (n, p) that the method shares between recordings."""
+    zero there, the standard deviations (n, p) that the method shares between recordings, and each one's session (n)."""
 
     keys: tuple[str, ...]
     values: Floats
     covariances: Floats
     systematic: Floats
+    sessions: Sessions
 
     @property
     def there(self) -> NDArray[np.bool_]:
@@ -64,4 +70,4 @@ def values_of(members: Sequence[Member]) -> Values:
         values[i, at] = [member.value(key) for key in own]
         covariances[i][np.ix_(at, at)] = member.covariance.of(own)
         systematic[i, at] = member.covariance.systematic[[member.covariance.keys.index(key) for key in own]]
-    return Values(keys, values, covariances, systematic)
+    return Values(keys, values, covariances, systematic, sessions_of([m.start_time_s for m in members]))

@@ -71,7 +71,7 @@ def several(
     objections = [*_apart(members, apart, given), *_doubtful(members)]
     objections += [n for p in parameters if p.key in ESSENTIAL and not p.identifiable for n in _open(p)]
     of_scale = [] if scale is None else scale_notices(scale, current=current)
-    said = [Notice(Code.FEW_RECORDINGS, numbers={"count": len(members)})] if len(members) <= FEW else []
+    said = _few(len(members), len(set(given.sessions)))
     notices = (*objections, *of_scale, *scattering, *said)
     verdict: Verdict = "trusted"
     if any(n.severity != "info" for n in notices):
@@ -82,6 +82,13 @@ def several(
     return Several(
         tuple(members), given, found, parameters, covariance, named, apart, scale, multiplied, verdict, notices
     )  # fmt: skip
+
+
+def _few(recordings: int, sessions: int) -> list[Notice]:
+    """That they are few; or, where recordings are more than their days, that the days are."""
+    if sessions < recordings and sessions <= FEW:
+        return [Notice(Code.FEW_SESSIONS, numbers={"count": sessions, "recordings": recordings})]
+    return [Notice(Code.FEW_RECORDINGS, numbers={"count": recordings})] if recordings <= FEW else []
 
 
 def _open(p: Parameter) -> list[Notice]:
@@ -95,7 +102,7 @@ def _only(given: Values, columns: Sequence[int]) -> Values:
     """The values of some of the keys."""
     return Values(
         tuple(given.keys[k] for k in columns), given.values[:, columns],
-        given.covariances[:, columns][:, :, columns], given.systematic[:, columns],
+        given.covariances[:, columns][:, :, columns], given.systematic[:, columns], given.sessions,
     )  # fmt: skip
 
 

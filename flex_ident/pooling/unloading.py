@@ -43,4 +43,4 @@ def unloaded(given: Values, loads: Sequence[Load], scale: TorqueScale, *, slides
                 if part.any():
                     values[i, k] = np.nan
                     covariances[i, k, :] = covariances[i, :, k] = 0.0
-    return Values(given.keys, values, covariances, given.systematic)
+    return Values(given.keys, values, covariances, given.systematic, given.sessions)

@@ -59,7 +59,11 @@ def cleaned_signal(
         if jumps.size:
             kept = stretch.stop - stretch.start
             backwards += time.size - kept
-            sizes = {"jumps": jumps.size, "largest_s": jumps.max(), "kept": kept, "dropped": time.size - kept}
+            place = np.flatnonzero(np.diff(time) < -JUMP_PERIODS * period)[int(np.argmax(jumps))]
+            sizes = {
+                "jumps": jumps.size, "largest_s": jumps.max(), "at_s": time[place] - time[0], "kept": kept,
+                "dropped": time.size - kept,
+            }  # fmt: skip
             notices.append(Notice(Code.TIME_JUMPED_BACK, source.partition(":")[0], sizes))
             time, values = time[stretch], values[stretch]
     keep = np.ones(time.size, bool)

@@ -15,9 +15,11 @@ from flex_ident.report.folder import REPORT, renewed
 from flex_ident.report.health_table import (
     CAUSES,
     HEADER,
+    TO_CONFIRM,
     change_row,
     counted_states,
     limits_text,
+    mixed_lines,
     smallest_rows,
     worded,
 )
@@ -58,13 +60,14 @@ def health_html(content: Mapping[str, Any]) -> str:
             ),
         ),
         *_waiting(content),
+        *([Section("Not compared", tuple(mixed))] if (mixed := mixed_lines(content)[1:]) else []),
         Section(
             "What this archive could have shown", (limits_text(content),),
             header=("parameter", "smallest change, median", "worst joint", "joints"), right=(1, 2, 3),
             rows=tuple(Row(row) for row in smallest_rows(content)),
             notes=(
                 "A change of that size, right behind the baseline, would have been found in 95 of 100. Smaller ones "
-                "may be there: more results a joint, or recordings at one temperature, payload and motion, show them.",
+                "may be there: more sessions a joint, or recordings at one temperature, payload and motion, show them.",
             ),
         ),
         *(
@@ -86,7 +89,7 @@ def health_html(content: Mapping[str, Any]) -> str:
 def _waiting(content: Mapping[str, Any]) -> list[Section]:
     if not content["to_confirm"]:
         return []
-    text = "The newest result alone is off: an outlier does that as well. Another recording would confirm or clear it."
+    text = f"{TO_CONFIRM[:-1]}. An outlier does that as well."
     rows = tuple(Row(change_row(own)) for own in content["to_confirm"])
     return [Section("To confirm", (text,), header=HEADER, rows=rows, right=(3, 4, 6, 7, 8))]
 

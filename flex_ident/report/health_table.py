@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flex_ident.recording.names import harmless
 from flex_ident.report.table import rounded, text_table
 
 HEADER = ("robot", "joint", "parameter", "before", "after", "unit", "change", "95 % interval", "chance", "since")
@@ -20,8 +21,14 @@ CAUSES = {
     "dry_friction": "dry friction alone grew: probably preload, a seal, a dragging brake, or lubrication",
     "offset": "the offset alone changed: probably the zero of the effort, or gravity that the controller takes away",
     "several": "several things changed at once: explain_gap on a recording from before and one from after tells more",
+    "version": "results before and after are of other versions of flex_ident: probably that, and not the joint; run "
+    "flex_ident batch over all recordings with one version",
 }
 """What each probable cause of `fleet.causes` means."""
+
+MOST_MIXED = 5
+"""Joints of several methods or settings that are named."""
+TO_CONFIRM = "Off, and not surely (the newest session alone, or of three in all); one of another day would tell:"
 
 
 def health_text(content: Mapping[str, Any]) -> str:
@@ -36,8 +43,9 @@ def health_text(content: Mapping[str, Any]) -> str:
             if joint["state"] == "changed":
                 lines.append(f"{_name(joint)}: {CAUSES[joint['cause']]}.")
     if content["to_confirm"]:
-        lines += ["", "The newest result alone is off; another recording would confirm or clear it:"]
+        lines += ["", TO_CONFIRM]
         lines += [_table(content["to_confirm"])]
+    lines += mixed_lines(content)
     lines += [
         "",
         f"Baseline: {content['baseline']}. {held['comparisons']} comparisons; of the changes named no more than "
@@ -47,14 +55,45 @@ def health_text(content: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def mixed_lines(content: Mapping[str, Any]) -> list[str]:
+    """What is not compared: results by other methods or settings, joint by joint, and those of bags replaced."""
+    mixed = content["mixed"]
+    lines = [
+        f"{_name(own)}: results by {len(own['models'])} methods or settings, which are not compared with each other "
+        f"({'; '.join(own['models'])}). Run flex_ident batch over all its recordings with one."
+        for own in mixed[:MOST_MIXED]
+    ]
+    if len(mixed) > MOST_MIXED:
+        lines.append(f"{len(mixed) - MOST_MIXED} more joints have results by several methods or settings.")
+    replaced = content["replaced"]
+    if replaced:
+        count = sum(own["recordings"] for own in replaced)
+        lines.append(
+            f"{len(replaced)} bag{'s were' if len(replaced) > 1 else ' was'} replaced by "
+            f"{'others' if len(replaced) > 1 else 'another'} of the same name and day ({harmless(replaced[0]['bag'])}"
+            f"{', ...' if len(replaced) > 1 else ''}): what is in the archive of the {count} old recording"
+            f"{'s' if count > 1 else ''} does not count."
+        )
+    return ["", *lines] if lines else []
+
+
 def counted_states(content: Mapping[str, Any]) -> list[tuple[str, int]]:
     """How many joints are in each state, in words; states without a joint are left out."""
     states = Counter(joint["state"] for joint in content["joints"])
     named = (
         ("changed", "changed"), ("to_confirm", "to be confirmed"), ("unchanged", "unchanged"),
-        ("not_judged", "not judged: too few results"),
+        ("not_judged", f"cannot tell yet: {few_sessions(content)}"),
     )  # fmt: skip
     return [(text, states[state]) for state, text in named if states[state]]
+
+
+def few_sessions(content: Mapping[str, Any]) -> str:
+    """How many sessions the joints have that are not judged, and what would do."""
+    counts = sorted({joint["sessions"] for joint in content["joints"] if joint["state"] == "not_judged"})
+    if not counts:
+        return ""
+    text = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    return f"{text} session{'' if counts == [1] else 's'}; record on four days or more"
 
 
 def smallest_rows(content: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:

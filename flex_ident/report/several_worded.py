@@ -8,6 +8,9 @@ from collections.abc import Mapping
 from flex_ident.notices import Code, Notice
 from flex_ident.report.worded import Template
 
+QUARTER_DEG, NEAR_DEG = 90.0, 10.0
+"""A turn by which X and Y are exchanged, and how near to it that is asked."""
+
 
 def few_recordings(n: Notice) -> str:
     """Why the intervals of two or three recordings are wide."""
@@ -15,6 +18,20 @@ def few_recordings(n: Notice) -> str:
     return (
         f"{count} recordings say little of how far others would scatter: where they differ beyond chance, the interval "
         "is wide for that. Record five or more."
+    )
+
+
+def few_sessions(n: Notice) -> str:
+    """What recordings of one session, or of a few, do not tell."""
+    recordings, count = n.numbers["recordings"], int(n.numbers["count"])
+    if count == 1:
+        return (
+            f"the {recordings:.0f} recordings are of one session (they began within 12 hours): the result is for that "
+            "day, and how far other days lie from it is not in the interval. Record on other days."
+        )
+    return (
+        f"the {recordings:.0f} recordings are of {count} sessions, and each of these counts once: recordings of one "
+        "day share what it does. Record on five days or more."
     )
 
 
@@ -30,6 +47,8 @@ def turned(n: Notice) -> str:
     angle = n.numbers["angle_deg"]
     if math.isfinite(angle) and abs(angle) > n.numbers["least_deg"]:
         text += f"; its gravity acts as if X and Y were turned by {angle:.3g} degrees from the frame of MX and MY"
+        if abs(abs(angle) - QUARTER_DEG) < NEAR_DEG:
+            text += " (a quarter: are X and Y of --payload exchanged, or one with the wrong sign?)"
     return text + "."
 
 
@@ -71,6 +90,7 @@ OF_SEVERAL: Mapping[Code, Template | Mapping[str, Template]] = {
         "{two_std:.2g} {unit} (2σ). Look at each by itself, and leave out what does not belong (--leave-out BAG)."
     ),
     Code.FEW_RECORDINGS: few_recordings,
+    Code.FEW_SESSIONS: few_sessions,
     Code.EFFECT_NOT_SHARED: {
         "contradicted": "{effect} was found in {found} alone, and is contradicted by {against}: it is not accepted.",
         "unconfirmed": "{effect} was found in {found} alone, and no other recording can tell: it is not accepted.",

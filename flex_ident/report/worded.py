@@ -86,7 +86,8 @@ def clock_drift(n: Notice) -> str:
 def jumped_back(n: Notice) -> str:
     jumps, kept, dropped = (int(n.numbers[k]) for k in ("jumps", "kept", "dropped"))
     return (
-        f"time of {n.subject} jumps back {often(jumps)}, by {n.numbers['largest_s']:.3g} s at most: "
+        f"the clock of {n.subject} jumped back {often(jumps)}, by {n.numbers['largest_s']:.3g} s at most, "
+        f"{n.numbers['at_s']:.3g} s after the first message: "
         f"the longest stretch of {kept} samples was kept, {dropped} were dropped."
     )
 

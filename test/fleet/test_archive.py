@@ -90,3 +90,37 @@ def test_what_killed_workers_left_goes_after_an_hour(tmp_path: Path) -> None:
         os.utime(tmp_path / name, (now - age, now - age))
     Archive(tmp_path).opened()
     assert [p.name for p in tmp_path.iterdir()] == [".aside_new"]
+
+
+def test_rows_of_many_files_are_gathered_and_follow_what_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from flex_ident.fleet import archive as module
+    from flex_ident.fleet.gathered import GATHERED
+
+    def written(number: int, tag: str = "") -> Path:
+        common = common_row(
+            robot="arm", bag=f"bag {number}", sha256=f"{number:024d}", tag=tag, conditions={}, settings={}
+        )
+        file = archive.file_of(common["sha256"], {})
+        archive.write(file, [error_row(common, "one", "no"), error_row(common, "two", "no")])
+        return file
+
+    archive = Archive(tmp_path / "fleet").opened()
+    files = [written(i) for i in (3, 1, 2)]
+    plain = archive.rows(["bag", "joint", "tag"])
+    monkeypatch.setattr(module, "FEWEST", 2)
+    assert archive.rows(["bag", "joint", "tag"]) == plain
+    assert (tmp_path / "fleet" / GATHERED).exists()
+    assert archive.rows(["bag", "joint", "tag"]) == plain
+    written(2, tag="again")
+    written(0)
+    files[0].unlink()
+    found = archive.rows(["bag", "joint", "tag"])
+    assert [(row["bag"], row["joint"]) for row in found] == [(f"bag {i}", j) for i in (0, 1, 2) for j in ("one", "two")]
+    assert [row["tag"] for row in found] == ["", "", "", "", "again", "again"]
+    (tmp_path / "fleet" / GATHERED).write_bytes(b"damaged")
+    assert archive.rows(["bag", "joint", "tag"]) == found
+    files[1].write_bytes(b"damaged")
+    with pytest.raises(DataError, match="is damaged; remove it"):
+        archive.rows(["bag"])

@@ -1,7 +1,8 @@
 """`flex_ident health` on made-up archives: what changed is found, dated and put down to something; nothing else is."""
 
 import json
-from datetime import UTC, datetime
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from flex_ident.commands.flex_ident import main
-from flex_ident.errors import DataError
+from flex_ident.errors import DataError, UsageError
 from flex_ident.fleet.causes import Cause, probable_cause
 from flex_ident.fleet.health import fleet_health
 from flex_ident.fleet.ratios import ratios
@@ -40,7 +41,8 @@ def made_up(
             "parameters": parameters, "warnings": [],
         }  # fmt: skip
         given = {"tag": "first" if i < 2 else "", "conditions": {}, "settings": {}, **common}
-        own = common_row(robot=f"arm {robot}", bag="b", sha256=f"{robot}.{joint}.{i}", **given)
+        name = f"{robot}.{joint}.{i}"
+        own = common_row(robot=f"arm {robot}", bag=name, sha256=name, **given)
         rows.append(result_row(own, content, start_time_s=START + 30 * DAY * i, seconds=1.0))
     return rows
 
@@ -79,7 +81,7 @@ def test_the_newest_result_alone_waits_for_another() -> None:
     content = fleet_health(made_up(changed={"K": 0.7}, since=7))
     assert content["changes"] == []
     assert [own["parameter"] for own in content["to_confirm"]] == ["K"]
-    assert "would confirm" in health_text(content)
+    assert "of another day would tell" in health_text(content)
 
 
 def test_only_the_last_result_of_a_recording_counts() -> None:
@@ -155,10 +157,12 @@ def test_the_smallest_change_that_could_be_shown_is_found_about_as_often_as_is_s
 
 
 def test_what_cannot_be_compared_is_refused() -> None:
-    with pytest.raises(DataError, match="nothing can be compared: 1 joint, and it has not"):
+    with pytest.raises(DataError, match="nothing can be compared, cannot tell yet: 1 joint, and it has not"):
         fleet_health(made_up(1, 1))
     with pytest.raises(DataError, match="tags: first"):
         fleet_health(made_up(), "last")
+    with pytest.raises(UsageError, match="2026-13-45: there is no such day, and no such tag: give YYYY-MM-DD"):
+        fleet_health(made_up(), "2026-13-45")
 
 
 def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -183,3 +187,115 @@ def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.Ca
     assert json.loads((tmp_path / "page" / "health.json").read_text())["smallest"]["K"]["series"] == 6
     assert main(["health", str(tmp_path / "none")]) == 3
     assert "no archive" in capsys.readouterr().err
+
+
+def in_sessions(
+    seed: int, *, robots: int, joints: int, sessions: int, day: float = 0.02, shared: str = "joint", **given: Any
+) -> list[Row]:
+    """Three recordings a session that share the session's deviations: a joint's own, a robot's, or the fleet's."""
+    rng = np.random.default_rng(seed)
+    drawn: dict[tuple[int, ...], Any] = {}
+    rows = made_up(robots, 3 * sessions, joints=joints, seed=seed, **given)
+    for n, (robot, joint, i) in enumerate(np.ndindex(robots, joints, 3 * sessions)):
+        group = {"joint": (robot, joint), "robot": (robot,), "fleet": ()}[shared]
+        deviations = drawn.setdefault(group, rng.normal(1.0, day, (sessions, len(TRUTH))))
+        parameters = {
+            key: {"value": truth * deviations[i // 3][c] * rng.normal(1.0, 0.005), "std": 0.005 * truth, "unit": "SI",
+                  "identifiable": True}
+            for c, (key, truth) in enumerate(TRUTH.items())
+        }  # fmt: skip
+        at = datetime.fromtimestamp(START + 30 * DAY * (i // 3) + 1800 * (i % 3), UTC)
+        rows[n] = {**rows[n], "parameters": json.dumps(parameters), "recorded_at": at}
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("robots", "joints", "sessions", "shared"),
+    [(1, 6, 4, "joint"), (6, 6, 4, "joint"), (6, 6, 4, "robot"), (6, 6, 3, "fleet"), (2, 6, 6, "fleet")],
+)
+def test_what_a_day_does_is_no_change(robots: int, joints: int, sessions: int, shared: str) -> None:
+    alarmed = 0
+    for seed in range(12):
+        rows = in_sessions(seed, robots=robots, joints=joints, sessions=sessions, shared=shared)
+        with suppress(DataError):  # of three days of one hall
+            alarmed += bool(fleet_health(rows)["changes"])
+    assert alarmed <= 1  # 0.12 on average at 1 %; every one of them where recordings count instead of days
+
+
+def test_too_few_sessions_are_said_instead_of_an_alarm() -> None:
+    with pytest.raises(DataError, match=r"cannot tell yet: 6 joints, .* \(2 sessions at most; .* Record on four days"):
+        fleet_health(in_sessions(1, robots=1, joints=6, sessions=2, day=0.1))
+    one_more = [{**row, "robot": "new"} for row in in_sessions(2, robots=1, joints=1, sessions=1)]
+    content = fleet_health([*in_sessions(1, robots=6, joints=1, sessions=5), *one_more])
+    [new] = [own for own in content["joints"] if own["robot"] == "new"]
+    assert (new["state"], new["sessions"], new["results"]) == ("not_judged", 1, 3)
+    assert "1 cannot tell yet: 1 session; record on four days or more" in health_text(content)
+
+
+def test_three_sessions_tell_no_less_than_two() -> None:
+    def found(seed: int, sessions: int) -> bool:
+        content = fleet_health(made_up(40, sessions, changed={"K": 0.8}, since=1, seed=seed))
+        said = [*content["changes"], *content["to_confirm"]]
+        return ("arm 0", "K") in {(own["robot"], own["parameter"]) for own in said}
+
+    two, three = (sum(found(seed, sessions) for seed in range(8)) for sessions in (2, 3))
+    assert three >= two >= 6
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("settings", {"effort_scale": 1.2}, "effort_scale 1.2"), ("settings", {"rigid": True}, "rigid True"),
+        ("method", "paper", "paper"), ("sensors", "motor", "flexible, motor,"),
+    ],
+)  # fmt: skip
+def test_another_method_or_setting_is_no_change_of_the_joint(column: str, value: object, said: str) -> None:
+    rows = made_up(results=10, changed={"K": 0.8}, since=5)
+    late = [row for n, row in enumerate(rows) if n % 10 >= 5]
+    for row in late:
+        row[column] = json.dumps(value) if isinstance(value, dict) else value
+    content = fleet_health(rows)
+    assert content["changes"] == []
+    assert len(content["mixed"]) == 6
+    assert len(content["joints"]) == 12
+    text = health_text(content)
+    assert said in text
+    assert "not compared with each other" in text
+    assert "1 more joints" in text
+    for row in late:  # what settings leave out, and which joint was asked for, is no difference
+        row |= {
+            "settings": json.dumps({"joint": "all", "effort_scale": 1.0}),
+            "method": "auto",
+            "sensors": "motor+link",
+        }
+    content = fleet_health(rows)
+    assert [own["parameter"] for own in content["changes"]] == ["K"]
+    assert content["mixed"] == []
+
+
+def test_a_change_with_the_version_is_put_down_to_it() -> None:
+    rows = made_up(results=10, changed={"K": 0.8}, since=5)
+    for n, row in enumerate(rows):
+        row["flex_ident_version"] = "0.1" if n % 10 < 5 else "0.2"
+    content = fleet_health(rows)
+    assert {own.get("cause") for own in content["joints"]} == {None, Cause.VERSION}
+    assert "other versions of flex_ident" in health_text(content)
+
+
+def test_a_bag_that_was_replaced_under_its_name_counts_once() -> None:
+    rows = made_up(results=8)
+    broken = {**rows[7], "sha256": "old", "finished_at": rows[7]["finished_at"] - timedelta(days=1)}
+    broken["parameters"] = json.dumps({
+        key: {**own, "value": 2.0 * own["value"]} for key, own in json.loads(rows[7]["parameters"]).items()
+    })  # fmt: skip
+    content = fleet_health([*rows, broken])
+    assert content["replaced"] == [{"bag": "0.0.7", "robot": "arm 0", "recordings": 1}]
+    assert content["changes"] == content["to_confirm"] == []
+    assert content["joints"][0]["results"] == 8
+    assert "1 bag was replaced by another of the same name and day (0.0.7)" in health_text(content)
+
+
+def test_a_name_that_is_written_again_on_other_days_is_of_other_recordings() -> None:
+    content = fleet_health([{**row, "bag": f"{row['robot']}/latest"} for row in made_up()])
+    assert content["replaced"] == []
+    assert {own["results"] for own in content["joints"]} == {8}

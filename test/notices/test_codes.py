@@ -85,7 +85,7 @@ def test_every_sentence_of_a_code_can_be_made(code: Code) -> None:
 
 
 FIELDS: dict[Code, dict[str, str]] = {
-    Code.TIME_JUMPED_BACK: dict.fromkeys(("jumps", "largest_s", "kept", "dropped"), "f"),
+    Code.TIME_JUMPED_BACK: dict.fromkeys(("jumps", "largest_s", "at_s", "kept", "dropped"), "f"),
     Code.CLOCK_STEPPED: dict.fromkeys(("steps", "largest_ms"), "f"),
     Code.CLOCK_DRIFT: dict.fromkeys(("ppm", "std_ppm", "total_ms"), "f"),
     Code.ISOLATED_VALUES: dict.fromkeys(("count", "total", "constant"), "f"),
@@ -102,6 +102,7 @@ FIELDS: dict[Code, dict[str, str]] = {
     Code.MOTOR_EQUATION: dict.fromkeys(("K", "std", "left_percent", "least_skew_s"), "f"),
     Code.BASE_NOT_DETERMINED: {"effects": "s"},
     Code.FEW_RECORDINGS: {"count": "f"},
+    Code.FEW_SESSIONS: {"count": "f", "recordings": "f"},
     Code.TORQUE_SCALE: dict.fromkeys(("scale", "two_std", "angle_deg", "least_deg", "inertia", "weight"), "f"),
 }
 """What the sentences that are functions ask for."""

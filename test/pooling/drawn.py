@@ -25,9 +25,10 @@ def correlation(rng: np.random.Generator, size: int = len(KEYS)) -> np.ndarray:
 def members(
     rng: np.random.Generator, count: int, *, scatter: np.ndarray | None = None, scale: float = 1.0,
     added: np.ndarray | None = None, own: float = 1.0, conditions: list[dict[str, float]] | None = None,
+    days: list[float] | None = None,
 ) -> list[Member]:  # fmt: skip
     """`count` recordings; `scatter` (count, p) is added to the truth relatively, `added` (count, p) as it is; the
-    effort is recorded too small by `scale`."""
+    effort is recorded too small by `scale`; `days` (count) are when, from a date on."""
     found = []
     alike = correlation(rng)
     for i in range(count):
@@ -39,5 +40,6 @@ def members(
             Parameter(k, float(v), float(s), u) for k, v, s, u in zip(KEYS, values, std, UNITS, strict=True)
         )
         covariance = Covariance(KEYS, matrix, np.zeros(len(KEYS)))
-        found.append(Member(f"bag_{i}", parameters, covariance, {} if conditions is None else conditions[i]))
+        found.append(Member(f"bag_{i}", parameters, covariance, {} if conditions is None else conditions[i],
+                            start_time_s=0.0 if days is None else 1.7e9 + 86400.0 * days[i]))  # fmt: skip
     return found

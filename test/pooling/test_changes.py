@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from flex_ident.pooling.changes import Scatter, Series, Step, adjusted, common_scatter, step
+from flex_ident.pooling.changes import Step, adjusted, step
+from flex_ident.pooling.scatter import Scatter, common_scatter
+from flex_ident.pooling.series import Series
 from flex_ident.pooling.thresholds import FALSE_CHANGES
 
 

@@ -6,9 +6,11 @@ from drawn import KEYS, members
 
 from flex_ident.errors import UsageError
 from flex_ident.jobs.payloads import loads_in
+from flex_ident.notices import Code, Notice
 from flex_ident.pooling.members import values_of
 from flex_ident.pooling.several import several
 from flex_ident.pooling.torque_scale import Load, TorqueScale, torque_scale
+from flex_ident.report.sentences import sentence
 
 LOADS = [Load(), Load(5.0, 0.4)]
 """0.8 kg m^2: half of the link's own inertia."""
@@ -127,3 +129,18 @@ def test_payloads_are_read_by_bag_and_for_all() -> None:
 def test_payloads_that_are_none_are_refused_by_name(texts: list[str], said: str) -> None:
     with pytest.raises(UsageError, match=said):
         loads_in(texts, NAMES)
+
+
+def test_a_mass_of_zero_is_refused_but_beside_one_for_all_others() -> None:
+    with pytest.raises(UsageError, match="no recording carries a mass"):
+        loads_in(["b=0@0.4"], NAMES)
+    with pytest.raises(UsageError, match="a mass of 0 kg is what a recording without --payload carries"):
+        loads_in(["a=5@0.4", "b=0@0.4"], NAMES)
+    assert loads_in(["5@0.4", "b=0@0.4"], NAMES) == [Load(5.0, 0.4), Load(0.0, 0.4)]
+
+
+def test_x_and_y_exchanged_are_asked_for() -> None:
+    numbers = {"scale": 1.0, "two_std": 0.01, "inertia": 1.0, "weight": 1.0, "least_deg": 5.0}
+    for angle, asked in ((-88.0, True), (30.0, False), (2.0, False)):
+        text = sentence(Notice(Code.TORQUE_SCALE, "motor_torque", {**numbers, "angle_deg": angle}))
+        assert ("exchanged" in text) is asked
