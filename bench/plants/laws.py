@@ -69,6 +69,12 @@ class Joint(NamedTuple):
     """Relative change of the motor's Coulomb friction along its travel."""
     uneven_cycles: float = 0.0
     uneven_phase: float = 0.0
+    cable: float = 0.0
+    """A spring from the link to ground, N m/rad, and the position where it rests, rad."""
+    cable_rest: float = 0.0
+    double: float = 0.0
+    """A load of half the period of gravity, as a balancing spring on a lever makes, N m, and its phase."""
+    double_phase: float = 0.0
     friction_law: float = 0.0
     """Above zero: friction of the motor that has no name (`unnamed.friction_torque`), its size, N m, and speed."""
     friction_size: float = 0.0
@@ -98,8 +104,9 @@ class Joint(NamedTuple):
 
 @njit(cache=True)
 def gravity_load(p, angle):
-    """Torque that gravity takes from the link, N m."""
-    return GRAVITY * (p.MX * math.cos(angle) + p.MY * math.sin(angle))
+    """Torque that gravity takes from the link, and what balances it or pulls beside it, N m."""
+    beside = p.cable * (angle - p.cable_rest) + p.double * math.sin(2.0 * angle + p.double_phase)
+    return GRAVITY * (p.MX * math.cos(angle) + p.MY * math.sin(angle)) + beside
 
 
 @njit(cache=True)

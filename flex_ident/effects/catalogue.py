@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from flex_ident.effects.backlash import BACKLASH
+from flex_ident.effects.cable_torque import CABLE_TORQUE
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
@@ -43,6 +44,7 @@ CATALOGUE: dict[str, Effect] = {
         LOAD_DEPENDENT_FRICTION,
         FRICTION_DRIFT,
         GRAVITY_EFFECT,
+        CABLE_TORQUE,
         NONLINEAR_STIFFNESS,
         BACKLASH,
         HYSTERESIS,

@@ -97,6 +97,9 @@ class Effect:
     """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
     priors: Callable[[Floats], Mapping[str, Prior]] | None = None
     """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
+    unseen: Callable[[Mapping[str, float]], tuple[Mapping[str, float], ...]] | None = None
+    """What of it may be in any joint, from the model's own flat values: alternatives of its parameters that are not in
+    the model, at one standard deviation each. The intervals hold it as far as the recording does not rule it out."""
     reach: Callable[[Mapping[str, float], Mapping[str, float]], str] | None = None
     """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
     curve: Curve | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from flex_ident.estimation.thresholds import (
     SURE_OF_MODE,
     WIDE_HZ,
 )
+from flex_ident.estimation.unseen_effects import unseen_stds
 from flex_ident.estimation.unseen_spring import beside_spring
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
@@ -65,6 +66,8 @@ class Estimate:
     """Nuisances of the measurement chain at the end of what they can be, where that bears on the joint."""
     coupling: Coupling | None = None
     """What the motion of other joints explains of what is left; None where none moved."""
+    unseen: Mapping[str, float] = field(default_factory=dict)
+    """Standard deviation of a key for effects that may be there unseen (`unseen_effects`)."""
     kind: KindFit | None = None
     """Which kind of effort the fit is of, where that was asked."""
 
@@ -202,4 +205,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         factor = strained_factor(ends, matter)
         joined = replace(joined, covariance=joined.covariance + (factor**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)
-    return Estimate(problem, solver, fit, joined, validation, trained.values, left, found, plain, matter, coupling)
+    unseen = unseen_stds(solver, fit)
+    return Estimate(
+        problem, solver, fit, joined, validation, trained.values, left, found, plain, matter, coupling, unseen
+    )

@@ -67,7 +67,8 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_KEYS:
         std = math.hypot(std, folding_error(estimate) * value)
-    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key))
+    beside = estimate.unseen.get(key, 0.0)
+    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside)
     at_bound = key in estimate.fit.at_bound
     ci95 = None
     if at_bound:

@@ -144,7 +144,10 @@ def _by_gravity(given: Values, moments: Floats) -> _Line | None:
 
 
 def _gravity_rows(given: Values, moments: Floats) -> tuple[Floats, Floats, Floats, list[int]] | None:
-    """Design (2 m, 4), target (2 m,) and covariance of MX and MY of the m recordings that have both, and which."""
+    """Design (2 m, 4), target (2 m,) and covariance of MX and MY of the m recordings that have both, and which.
+
+    Without what the method shares between the recordings, as what pulls beside gravity: the intercepts have it.
+    """
     if not {"MX", "MY"} <= set(given.keys):
         return None
     at = [given.keys.index("MX"), given.keys.index("MY")]
@@ -155,7 +158,8 @@ def _gravity_rows(given: Values, moments: Floats) -> tuple[Floats, Floats, Float
     for n, i in enumerate(rows):
         x, y = moments[i]
         design[2 * n : 2 * n + 2] = [(1.0, 0.0, x, -y), (0.0, 1.0, y, x)]
-        covariance[2 * n : 2 * n + 2, 2 * n : 2 * n + 2] = given.covariances[i][np.ix_(at, at)]
+        own = given.covariances[i][np.ix_(at, at)] - np.diag(given.systematic[i, at] ** 2)
+        covariance[2 * n : 2 * n + 2, 2 * n : 2 * n + 2] = own
     return design, given.values[np.ix_(rows, at)].ravel(), covariance, rows
 
 

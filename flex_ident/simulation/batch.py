@@ -31,7 +31,8 @@ LANE_ROWS: dict[Term, int] = {
     Term.STIFFNESS: 4, Term.CUBIC_STIFFNESS: 5, Term.HALF_GAP: 6, Term.SPRING_DAMPING: 7, Term.LINK_INERTIA: 8,
     Term.LINK_VISCOUS: 9, Term.LINK_COULOMB: 10, Term.LINK_VISCOUS_ASYMMETRY: 11, Term.LINK_VISCOUS_QUADRATIC: 12,
     Term.LINK_LOAD_FRICTION: 13, Term.FRICTION_RATE: 14, Term.SECOND_STIFFNESS: 15, Term.SECOND_DAMPING: 16,
-    Term.SECOND_INERTIA: 17, Term.GRAVITY_COS: 26, Term.GRAVITY_SIN: 27,
+    Term.SECOND_INERTIA: 17, Term.GRAVITY_COS: 26, Term.GRAVITY_SIN: 27, Term.CABLE_STIFFNESS: 28,
+    Term.CABLE_TORQUE: 29,
 }  # fmt: skip
 """Terms that steps side by side know, and the row of a lane that holds each."""
 STEPWISE = (
@@ -109,8 +110,9 @@ def _simulation(lanes: int) -> Simulation:
                         sd = apart * (1.0 - square / 6.0 * (1.0 - square / 20.0))
                         cd = 1.0 - 0.5 * square * (1.0 - square / 12.0)
                         c, s = cosine * cd - sine * sd, sine * cd + cosine * sd
-                    w[18 * lanes + j] = w[26 * lanes + j] * c + w[27 * lanes + j] * s
-                    w[19 * lanes + j] = w[27 * lanes + j] * c - w[26 * lanes + j] * s
+                    cable, pull = w[28 * lanes + j], w[29 * lanes + j]
+                    w[18 * lanes + j] = w[26 * lanes + j] * c + w[27 * lanes + j] * s + pull + cable * w[j]
+                    w[19 * lanes + j] = w[27 * lanes + j] * c - w[26 * lanes + j] * s + cable
                 for j in range(lanes):
                     q, v, q2, v2 = w[j], w[lanes + j], w[2 * lanes + j], w[3 * lanes + j]
                     stiffness, cubic, gap, damping = (

@@ -26,6 +26,8 @@ STRIBECK, STRIBECK_V = int(Term.LINK_STRIBECK), int(Term.LINK_STRIBECK_VELOCITY)
 LOAD, RATE = int(Term.LINK_LOAD_FRICTION), int(Term.FRICTION_RATE)
 J2, K2, D2 = int(Term.SECOND_INERTIA), int(Term.SECOND_STIFFNESS), int(Term.SECOND_DAMPING)
 CURVE = int(SPRING_CURVE.points)
+CABLE, CABLE_PULL = int(Term.CABLE_STIFFNESS), int(Term.CABLE_TORQUE)
+CABLE_X2, CABLE_Y2 = int(Term.CABLE_COS_2), int(Term.CABLE_SIN_2)
 SOFT, SOFT_T = int(Term.SOFT_FRICTION), int(Term.SOFT_FRICTION_TIME)
 Q0, V0 = int(Term.INITIAL_DEFLECTION), int(Term.INITIAL_VELOCITY)
 RUNAWAY = 100.0
@@ -61,11 +63,17 @@ def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
 
 @compiled
 def gravity(p: Floats, q: float) -> tuple[float, float]:
-    """Gravity's torque at link position `q` (eq. 7), N m, and its derivative by position."""
-    if p[GX] == 0.0 and p[GY] == 0.0:
-        return 0.0, 0.0
-    cosine, sine = math.cos(q), math.sin(q)
-    return float(p[GX] * cosine + p[GY] * sine), float(p[GY] * cosine - p[GX] * sine)
+    """Torque of gravity (eq. 7) and of a cable to ground at link position `q`, N m, and its derivative by position."""
+    load, slope = p[CABLE_PULL] + p[CABLE] * q, p[CABLE]
+    if p[GX] != 0.0 or p[GY] != 0.0:
+        cosine, sine = math.cos(q), math.sin(q)
+        load += p[GX] * cosine + p[GY] * sine
+        slope += p[GY] * cosine - p[GX] * sine
+    if p[CABLE_X2] != 0.0 or p[CABLE_Y2] != 0.0:
+        cosine, sine = math.cos(2.0 * q), math.sin(2.0 * q)
+        load += p[CABLE_X2] * cosine + p[CABLE_Y2] * sine
+        slope += 2.0 * (p[CABLE_Y2] * cosine - p[CABLE_X2] * sine)
+    return float(load), float(slope)
 
 
 @compiled
@@ -76,7 +84,8 @@ def free_torque(
     """Torque on the link, its dry friction left out.
 
     `load` and `slope` are gravity's at the step's start, `moved` what the link has moved since: the expansion to second
-    order is exact to 1e-10 of gravity at 1 rad/s and 1 ms, and four times as fast as sine and cosine.
+    order is exact to 1e-10 of gravity (5e-7 of a cable's torque) at 1 rad/s and 1 ms, and four times as fast as sine
+    and cosine.
     """
     torque = tau - (1.0 + p[RATE] * time) * (p[FV] * v + p[FV_ASYM] * abs(v) + p[FV_QUAD] * v * abs(v))
     torque -= load * (1.0 - 0.5 * moved * moved) + slope * moved

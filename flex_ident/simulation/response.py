@@ -140,6 +140,10 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
         load = link.spring_torque
     else:
         load = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
+        load = load + terms[Term.CABLE_STIFFNESS] * motion.position + terms[Term.CABLE_TORQUE]
+        if terms[Term.CABLE_COS_2] != 0.0 or terms[Term.CABLE_SIN_2] != 0.0:
+            twice = 2.0 * motion.position
+            load = load + terms[Term.CABLE_COS_2] * np.cos(twice) + terms[Term.CABLE_SIN_2] * np.sin(twice)
     reaction = load
     if link is not None and transmission_error(terms):  # virtual work: a ratio that varies loads the motor so
         reaction = load * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, motion.position))

@@ -144,6 +144,13 @@ class Term(IntEnum):
     """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
+    CABLE_STIFFNESS = "link", True
+    """Of a spring from the link to ground, N m/rad: multiplies the link's position."""
+    CABLE_TORQUE = "link", True
+    """What it pulls with where the position is zero, N m."""
+    CABLE_COS_2 = "link", True
+    """What a spring on a lever adds, N m: multiplies the cosine of twice the link's position."""
+    CABLE_SIN_2 = "link", True
     # laws as tables: how many points there are, where they lie, and the torque at each
     _ignore_ = "_law _side _n"
     for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):

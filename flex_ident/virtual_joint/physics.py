@@ -89,10 +89,14 @@ class P(IntEnum):
     MOUNT_DAMPING = 69
     IRON_LOSS = 70
     TORQUE_DROOP = 71
-    FRICTION_TABLE = 72
+    CABLE_STIFFNESS = 72
+    CABLE_TORQUE = 73
+    CABLE_COSINE = 74
+    CABLE_SINE = 75
+    FRICTION_TABLE = 76
     """Number of points; the place and the torque of each follow."""
-    ANGLE_TABLE = 121
-    SPRING_TABLE = 170
+    ANGLE_TABLE = 125
+    SPRING_TABLE = 174
 
 
 BASE = {
@@ -118,6 +122,10 @@ EFFECTS: dict[str, int] = {
     "friction_drift.rate": P.WARMING,
     "gravity.MX": P.MASS_X,
     "gravity.MY": P.MASS_Y,
+    "cable_torque.stiffness": P.CABLE_STIFFNESS,
+    "cable_torque.torque": P.CABLE_TORQUE,
+    "cable_torque.cosine": P.CABLE_COSINE,
+    "cable_torque.sine": P.CABLE_SINE,
     "nonlinear_stiffness.cubic": P.CUBIC,
     "backlash.gap": P.PLAY,
     "hysteresis.torque": P.DAHL_TORQUE,

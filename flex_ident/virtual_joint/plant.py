@@ -31,6 +31,8 @@ JB, KB, DB = int(P.MOUNT_INERTIA), int(P.MOUNT_STIFFNESS), int(P.MOUNT_DAMPING)
 SOFT, SOFT_T = int(P.SOFTNESS), int(P.SOFT_TIME)
 J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND_DAMPING), int(P.DRIVE_LIMIT)
 FRICTION_TABLE, ANGLE_TABLE, SPRING_TABLE = int(P.FRICTION_TABLE), int(P.ANGLE_TABLE), int(P.SPRING_TABLE)
+CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
+CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
 IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
 
 HARMONICS = 5
@@ -49,8 +51,11 @@ POSITION, VELOCITY, EFFORT = 0, 1, 2
 
 @compiled
 def weight(p: Floats, angle: float) -> float:
-    """Torque of gravity at `angle`, N m (eq. 7)."""
-    return float(GRAVITY * (p[MX] * math.cos(angle) + p[MY] * math.sin(angle)))
+    """Torque of gravity (eq. 7) and of a cable to ground at `angle`, N m."""
+    cable = p[PULL] + p[CABLE] * angle
+    if p[CABLE_C] != 0.0 or p[CABLE_S] != 0.0:
+        cable += p[CABLE_C] * math.cos(2.0 * angle) + p[CABLE_S] * math.sin(2.0 * angle)
+    return float(GRAVITY * (p[MX] * math.cos(angle) + p[MY] * math.sin(angle)) + cable)
 
 
 @compiled
@@ -338,7 +343,8 @@ def _rest_link(p: Floats, motor: float) -> float:
         return motor
     if abs(elastic_torque(p, deflection(p, motor, motor), 0.0) - weight(p, motor)) < 1e-12:
         return motor
-    heaviest = GRAVITY * math.hypot(p[MX], p[MY])
+    heaviest = GRAVITY * math.hypot(p[MX], p[MY]) + abs(p[PULL]) + abs(p[CABLE] * motor)
+    heaviest += abs(p[CABLE_C]) + abs(p[CABLE_S])
     errors = 0.0
     for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
         errors += abs(p[i])

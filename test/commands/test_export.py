@@ -77,6 +77,17 @@ def test_mujoco_has_effects_of_the_spring_and_names_the_others(tmp_path: Path) -
     assert "backlash" not in line
 
 
+def test_mujoco_has_a_spring_to_ground_and_none_of_a_cable_that_pushes_away(tmp_path: Path) -> None:
+    cable = {"cable_torque.stiffness": 40.0, "cable_torque.torque": -8.0}
+    plain = equations(compiled(exported(written(tmp_path / "a", FLEXIBLE), "mujoco")), [0.3, 0.302], [0.0, 0.0])[1]
+    text = exported(written(tmp_path / "b", {**FLEXIBLE, **cable}), "mujoco")
+    _, force = equations(compiled(text), [0.3, 0.302], [0.0, 0.0])
+    assert force[0] - plain[0] == pytest.approx(8.0 - 40.0 * 0.3, rel=1e-6)
+    assert "Left out" not in text
+    away = {**cable, "cable_torque.stiffness": -40.0}
+    assert "cable_torque.stiffness" in exported(written(tmp_path / "c", {**FLEXIBLE, **away}), "mujoco")
+
+
 def test_mujoco_of_a_rigid_joint(tmp_path: Path) -> None:
     model = compiled(exported(written(tmp_path / "a", RIGID), "mujoco"))
     mass, force = equations(model, [0.3], [0.5])

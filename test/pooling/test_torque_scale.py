@@ -1,5 +1,7 @@
 """The effort's scale by a known mass: found, covered, and refused where the mass says nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn import KEYS, members
@@ -7,7 +9,8 @@ from drawn import KEYS, members
 from flex_ident.errors import UsageError
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.notices import Code, Notice
-from flex_ident.pooling.members import values_of
+from flex_ident.parameters import Covariance
+from flex_ident.pooling.members import Member, values_of
 from flex_ident.pooling.several import several
 from flex_ident.pooling.torque_scale import Load, TorqueScale, torque_scale
 from flex_ident.report.sentences import sentence
@@ -73,6 +76,25 @@ def test_a_weight_that_does_not_pull_is_told_from_one_that_does() -> None:
         s.both is not None and s.inertia is not None and s.both.low < s.inertia.value < s.both.high
         for _, s in found if s.agree is False
     )  # fmt: skip
+
+
+def test_what_the_recordings_share_does_not_hide_the_weight_that_was_added() -> None:
+    """First moments that a cable may be in by two fifths, the same in both: their difference is the mass's."""
+    for seed in range(10):
+        drawn = members(np.random.default_rng((29, seed)), 2, scale=1.1, added=added(LOADS))
+        apart = [_with_shared(m, {"MX": 0.2, "MY": 1.2}) for m in drawn]
+        one, other = (torque_scale(values_of(d), LOADS).gravity for d in (drawn, apart))
+        assert one is not None
+        assert other is not None
+        assert (other.value, other.std) == pytest.approx((one.value, one.std), rel=1e-6)
+
+
+def _with_shared(member: Member, shared: dict[str, float]) -> Member:
+    known = member.covariance
+    more = np.array([shared.get(key, 0.0) for key in known.keys])
+    matrix = known.matrix + np.diag(more**2)
+    systematic = np.hypot(known.systematic, more)
+    return replace(member, covariance=Covariance(known.keys, matrix, systematic))
 
 
 def test_friction_is_not_mixed_up_with_the_scale() -> None:

@@ -17,6 +17,7 @@ STEPS_PER_PERIOD = 40.0
 """Time steps in a period of the free resonance."""
 LONGEST_STEP_S = 1e-3
 LINK_TERMS = (Term.GRAVITY_COS, Term.GRAVITY_SIN)
+CABLE_TERMS = (Term.CABLE_STIFFNESS, Term.CABLE_TORQUE)
 TENDON_TERMS = (Term.HALF_GAP, Term.SPRING_DAMPING)
 """Terms that the MuJoCo model holds; effects that add to others are named as left out."""
 
@@ -49,7 +50,8 @@ def written(result: StoredResult) -> str:
     if not result.determines("offset"):
         texts.append("The motor has no constant force here: the recording does not determine it.")
     constant = f' biastype="affine" biasprm="{-offset:.9g} 0 0"' if offset else ""
-    held = tuple(key for term in (*LINK_TERMS, *(() if rigid else TENDON_TERMS)) for key in _adding_to(term))
+    terms = (*LINK_TERMS, *(() if rigid else TENDON_TERMS), *(CABLE_TERMS if _cable(result) else ()))
+    held = tuple(key for term in terms for key in _adding_to(term))
     return (
         f"{remarks(result, *texts, held=held)}\n"
         f"<mujoco model={quoteattr(result.joint)}>\n"
@@ -79,9 +81,17 @@ def _free_resonance_hz(result: StoredResult) -> float:
     return math.sqrt(result.positive("K") * compliance) / (2.0 * math.pi)
 
 
-def _joint_element(name: str, kind: str, viscous: float, dry: float, step: float, armature: float = 0.0) -> str:
+def _cable(result: StoredResult) -> str:
+    """The link's spring to ground as attributes of its joint; empty where it has none that MuJoCo knows."""
+    stiffness, pull = (_term(result, term) for term in CABLE_TERMS)
+    return f' stiffness="{stiffness:.9g}" springref="{-pull / stiffness:.9g}"' if stiffness > 0.0 else ""
+
+
+def _joint_element(
+    name: str, kind: str, viscous: float, dry: float, step: float, armature: float = 0.0, cable: str = ""
+) -> str:
     """A joint; dry friction as stiff a constraint as the time step allows."""
-    rotor = f' armature="{armature:.9g}"' if armature else ""
+    rotor = (f' armature="{armature:.9g}"' if armature else "") + cable
     friction = f' frictionloss="{dry:.9g}" solreffriction="{2.0 * step:.6g} 1"' if dry else ""
     return f'<joint name={quoteattr(name)} {kind}{rotor} damping="{viscous:.9g}"{friction}/>'
 
@@ -102,7 +112,7 @@ def _link_body(result: StoredResult, name: str, inertia: float, step: float) -> 
         if moment > 0.0:
             mass = 2.0 * moment**2 / inertia
             own, place = 0.5 * inertia, (-mx / mass, -my / mass)
-    joint = _joint_element(name, kind, viscous, dry, step)
+    joint = _joint_element(name, kind, viscous, dry, step, cable=_cable(result))
     return (
         f"    <body name={quoteattr(name + '_link')}>\n"
         f'      <inertial pos="{place[0]:.9g} 0 {place[1]:.9g}" mass="{mass:.9g}" '

@@ -1,0 +1,43 @@
+"""What effects that may be in any joint, and that base keys can imitate, do to them where the recording is silent.
+
+A spring to ground, or a balancing spring on a lever, is over a small range of motion what gravity is: first moments
+and constant torque follow it, and nothing is left to show it. With M what the parameters follow by, D what is left of
+the effect then (whitened, a column each at one standard deviation) and r the residual, the amplitudes have the
+covariance P = (1 + D'D)^-1 and the mean P D'r, and the parameters are open by M (P + mean mean') M'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flex_ident.effects import CATALOGUE
+from flex_ident.likelihood.comparison import correlation_factor
+from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.keys import flat_keys
+from flex_ident.screening.scoring import following_of, whitened_change
+
+PROBE = 1e-3
+"""Share of one standard deviation that is simulated."""
+
+
+def unseen_stds(solver: SteadyFit, fit: Fit) -> dict[str, float]:
+    """What is open of each free key beside all else, one standard deviation; nothing where no such effect may be."""
+    sizes: list[Mapping[str, float]] = []
+    for name, effect in CATALOGUE.items():
+        if effect.unseen is not None and not (effect.needs_spring and solver.problem.rigid):
+            sizes += [flat_keys(name, {k: PROBE * v for k, v in one.items()}) for one in effect.unseen(fit.values)]
+    if not sizes:
+        return {}
+    columns = np.column_stack([whitened_change(solver, fit, one) for one in sizes]) / PROBE
+    if not np.isfinite(columns).all():
+        return {}
+    moves = following_of(fit) @ columns
+    left = columns + fit.jacobian @ moves
+    correlated = correlation_factor(fit)
+    spread = np.linalg.inv(np.eye(len(sizes)) + left.T @ left / correlated)
+    mean = -spread @ (left.T @ fit.residual) / correlated
+    open_by = np.einsum("ij,jk,ik->i", moves, spread + np.outer(mean, mean), moves)
+    return dict(zip(fit.free, map(float, np.sqrt(np.maximum(open_by, 0.0))), strict=True))

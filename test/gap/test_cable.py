@@ -1,0 +1,82 @@
+"""A cable or balancing spring: named where the range of motion shows it, and in the intervals where it does not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import pytest
+from named_cases import COBOT
+from plants.cases import Case
+from plants.experiment import Made, made
+from plants.joints import SIZES
+from plants.laws import GRAVITY, Joint
+from recordings import recording_of
+
+from flex_ident.effects import CATALOGUE
+from flex_ident.estimation.identification import identify
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap import GapOptions, explain
+from flex_ident.parameters import Identification
+
+WEIGHT = GRAVITY * math.hypot(COBOT.MX, COBOT.MY)
+NARROW, WIDE = 0.1, 0.5
+SPRING = COBOT._replace(cable=0.3 * WEIGHT, cable_rest=0.2)
+BALANCED = COBOT._replace(cable=-0.3 * WEIGHT, cable_rest=-0.4)
+LEVER = COBOT._replace(double=0.15 * WEIGHT, double_phase=0.5)
+
+
+@cache
+def played(joint: Joint, travel: float, seed: int = 7110) -> Made:
+    """The joint moved over `travel` rad to each side, twice that while it is slow."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(SIZES, "cobot", replace(SIZES["cobot"], travel=travel))
+        return made(Case(seed, 0, "cobot", "p_pi", "rich", 500.0, 2, True, "coulomb_stepping", "command"), joint)
+
+
+def identified(joint: Joint, travel: float, sensors: str) -> Identification:
+    return identify(recording_of(played(joint, travel).recorded, sensors), IdentifyOptions(sensors=sensors))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+@pytest.mark.parametrize("travel", [NARROW, WIDE])
+@pytest.mark.parametrize("joint", [SPRING, BALANCED, LEVER], ids=["spring", "balanced", "lever"])
+def test_what_pulls_beside_gravity_is_in_the_intervals(joint: Joint, travel: float, sensors: str) -> None:
+    result = identified(joint, travel, sensors)
+    for key in ("Jm", "K", "JL", "MX", "MY"):
+        p = result.parameter(key)
+        assert not p.identifiable or abs(p.value - getattr(joint, key)) < 3.0 * p.std, p
+    if travel == WIDE:
+        assert result.verdict != "trusted"
+        assert ("cause_suspected", "cable_torque") in [(n.code, n.subject) for n in result.notices]
+
+
+@pytest.mark.slow
+def test_over_a_large_range_first_moments_are_known_and_over_a_small_one_they_are_not() -> None:
+    narrow, wide = (identified(COBOT, travel, "motor+link").parameter("MY") for travel in (NARROW, WIDE))
+    assert wide.relative_std_percent < 3.0
+    assert abs(wide.value - COBOT.MY) < 3.0 * wide.std
+    assert narrow.relative_std_percent > 20.0
+
+
+@pytest.mark.slow
+@pytest.mark.campaign
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+def test_a_cable_is_named_and_measured_where_the_range_shows_it(sensors: str) -> None:
+    found = explain(recording_of(played(SPRING, WIDE).recorded, sensors), GapOptions(sensors=sensors))
+    assert [f.effect for f in found.findings] == ["cable_torque"]
+    told = {p.key: p for p in found.findings[0].parameters}["stiffness"]
+    assert told.value == pytest.approx(SPRING.cable, rel=0.2)
+    assert abs(told.value - SPRING.cable) < 3.0 * told.std
+
+
+def test_what_may_be_unseen_follows_the_weight_and_a_spring_that_is_known_leaves_the_constant() -> None:
+    unseen = CATALOGUE["cable_torque"].unseen
+    assert unseen is not None
+    assert unseen({"K": 1e4, "MX": 0.0}) == ()
+    assert [set(one) for one in unseen({"MX": 0.0, "MY": -3.0})] == [{"stiffness"}, {"cosine"}, {"sine"}]
+    known = {"MY": -3.0, "cable_torque.stiffness": 5.0}
+    assert unseen({**known, "cable_torque.torque": 1.0, "offset": 2.0}) == ()
+    assert unseen({**known, "offset": -2.0}) == ({"torque": 2.0},)
