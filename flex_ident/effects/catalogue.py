@@ -20,6 +20,7 @@ from flex_ident.effects.motor_angle_curve import MOTOR_ANGLE_CURVE
 from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
+from flex_ident.effects.position_dependent_friction import POSITION_DEPENDENT_FRICTION
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
@@ -43,6 +44,7 @@ CATALOGUE: dict[str, Effect] = {
         VISCOUS_NONLINEARITY,
         LOAD_DEPENDENT_FRICTION,
         FRICTION_DRIFT,
+        POSITION_DEPENDENT_FRICTION,
         GRAVITY_EFFECT,
         CABLE_TORQUE,
         NONLINEAR_STIFFNESS,

@@ -91,6 +91,8 @@ class Effect:
     """Share of the error of method and laws that could look like this effect."""
     cycles: str = ""
     """Name of the parameter that says how many periods it has in a turn of the motor; empty for what has none."""
+    whole_periods: bool = True
+    """A part of a period within the range of motion is something else, gravity or a spring."""
     again: tuple[str, ...] = ("",)
     """Suffixes of its parameters, one for each time that it may be in the model: a harmonic each. Probes have none."""
     start: Callable[[Scans], Start | None] | None = None

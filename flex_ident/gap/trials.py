@@ -179,7 +179,7 @@ def _objection(
     bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
         return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
-    cycles = fit.values.get(candidate.cycles, math.inf)
+    cycles = fit.values.get(candidate.cycles, math.inf) if effect_named(candidate.effect).whole_periods else math.inf
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
         return "it shows a part of one period only within the range of motion"
     weak = _weakest(solver, fit, candidate.scaled)

@@ -16,7 +16,7 @@ from flex_ident.simulation.harmonics import periodic, periodic_slope, transmissi
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
 from flex_ident.simulation.mount import simulated_link_on_mount
-from flex_ident.simulation.terms import ANGLE_CURVE, FRICTION_CURVE, KINEMATIC_ERRORS, RIPPLES, Term
+from flex_ident.simulation.terms import ANGLE_CURVE, FRICTION_CURVE, FRICTION_WAVES, KINEMATIC_ERRORS, RIPPLES, Term
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,8 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
         coulomb = coulomb + terms[Term.MOTOR_STRIBECK] * np.exp(-((v / terms[Term.MOTOR_STRIBECK_VELOCITY]) ** 2))
     if terms[Term.BRISTLE_STRIBECK] != 0.0 and terms[Term.BRISTLE_STRIBECK_VELOCITY] > 0.0:
         coulomb = coulomb + terms[Term.BRISTLE_STRIBECK] * np.exp(-((v / terms[Term.BRISTLE_STRIBECK_VELOCITY]) ** 2))
+    if any(terms[size] != 0.0 for size, *_ in FRICTION_WAVES):
+        coulomb = coulomb + periodic(terms, FRICTION_WAVES, motion.position)
     dry = coulomb * sign
     if terms[Term.BRISTLE_DEFLECTION] > 0.0:
         stiffness = standstill_friction(terms) / terms[Term.BRISTLE_DEFLECTION]

@@ -151,6 +151,22 @@ class Term(IntEnum):
     CABLE_COS_2 = "link", True
     """What a spring on a lever adds, N m: multiplies the cosine of twice the link's position."""
     CABLE_SIN_2 = "link", True
+    # the motor's dry friction over its angle: harmonics
+    FRICTION_WAVE = "motor", True
+    FRICTION_WAVE_CYCLES = "motor", False, "FRICTION_WAVE"
+    FRICTION_WAVE_PHASE = "motor", False, "FRICTION_WAVE"
+    FRICTION_WAVE_2 = "motor", True
+    FRICTION_WAVE_CYCLES_2 = "motor", False, "FRICTION_WAVE_2"
+    FRICTION_WAVE_PHASE_2 = "motor", False, "FRICTION_WAVE_2"
+    FRICTION_WAVE_3 = "motor", True
+    FRICTION_WAVE_CYCLES_3 = "motor", False, "FRICTION_WAVE_3"
+    FRICTION_WAVE_PHASE_3 = "motor", False, "FRICTION_WAVE_3"
+    FRICTION_WAVE_4 = "motor", True
+    FRICTION_WAVE_CYCLES_4 = "motor", False, "FRICTION_WAVE_4"
+    FRICTION_WAVE_PHASE_4 = "motor", False, "FRICTION_WAVE_4"
+    FRICTION_WAVE_5 = "motor", True
+    FRICTION_WAVE_CYCLES_5 = "motor", False, "FRICTION_WAVE_5"
+    FRICTION_WAVE_PHASE_5 = "motor", False, "FRICTION_WAVE_5"
     # laws as tables: how many points there are, where they lie, and the torque at each
     _ignore_ = "_law _side _n"
     for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):
@@ -172,13 +188,14 @@ class Term(IntEnum):
 
 HARMONICS = ("", "_2", "_3", "_4", "_5")
 """Suffixes of the harmonics that a periodic term may have."""
-RIPPLES, KINEMATIC_ERRORS = (
+RIPPLES, KINEMATIC_ERRORS, FRICTION_WAVES = (
     tuple((Term[f"{size}{n}"], Term[f"{cycles}{n}"], Term[f"{phase}{n}"]) for n in HARMONICS)
     for size, cycles, phase in (
-        ("RIPPLE", "RIPPLE_CYCLES", "RIPPLE_PHASE"), ("KINEMATIC_ERROR", "KINEMATIC_CYCLES", "KINEMATIC_PHASE")
+        ("RIPPLE", "RIPPLE_CYCLES", "RIPPLE_PHASE"), ("KINEMATIC_ERROR", "KINEMATIC_CYCLES", "KINEMATIC_PHASE"),
+        ("FRICTION_WAVE", "FRICTION_WAVE_CYCLES", "FRICTION_WAVE_PHASE"),
     )
 )  # fmt: skip
-"""Amplitude, cycles a turn and phase of each harmonic of the ripple, and of the transmission error."""
+"""Amplitude, cycles a turn and phase of each harmonic of the ripple, the transmission error and the dry friction."""
 
 MOST_POINTS = 24
 """Of a law that is a table."""

@@ -93,10 +93,25 @@ class P(IntEnum):
     CABLE_TORQUE = 73
     CABLE_COSINE = 74
     CABLE_SINE = 75
-    FRICTION_TABLE = 76
+    FRICTION_WAVE = 76
+    FRICTION_WAVE_CYCLES = 77
+    FRICTION_WAVE_PHASE = 78
+    FRICTION_WAVE_2 = 79
+    FRICTION_WAVE_CYCLES_2 = 80
+    FRICTION_WAVE_PHASE_2 = 81
+    FRICTION_WAVE_3 = 82
+    FRICTION_WAVE_CYCLES_3 = 83
+    FRICTION_WAVE_PHASE_3 = 84
+    FRICTION_WAVE_4 = 85
+    FRICTION_WAVE_CYCLES_4 = 86
+    FRICTION_WAVE_PHASE_4 = 87
+    FRICTION_WAVE_5 = 88
+    FRICTION_WAVE_CYCLES_5 = 89
+    FRICTION_WAVE_PHASE_5 = 90
+    FRICTION_TABLE = 91
     """Number of points; the place and the torque of each follow."""
-    ANGLE_TABLE = 125
-    SPRING_TABLE = 174
+    ANGLE_TABLE = 140
+    SPRING_TABLE = 189
 
 
 BASE = {
@@ -151,6 +166,7 @@ EFFECTS: dict[str, int] = {
 HARMONIC_SUFFIXES = ("", "_2", "_3", "_4", "_5")
 PERIODIC = {
     "torque_ripple": ("RIPPLE", "RIPPLE_CYCLES", "RIPPLE_PHASE"),
+    "position_dependent_friction": ("FRICTION_WAVE", "FRICTION_WAVE_CYCLES", "FRICTION_WAVE_PHASE"),
     "kinematic_error": ("GEAR_ERROR", "GEAR_CYCLES", "GEAR_PHASE"),
 }
 for _effect, _names in PERIODIC.items():

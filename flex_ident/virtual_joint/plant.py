@@ -33,6 +33,7 @@ J2, K2, D2, LIMIT = int(P.SECOND_INERTIA), int(P.SECOND_STIFFNESS), int(P.SECOND
 FRICTION_TABLE, ANGLE_TABLE, SPRING_TABLE = int(P.FRICTION_TABLE), int(P.ANGLE_TABLE), int(P.SPRING_TABLE)
 CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
 CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
+WAVE = int(P.FRICTION_WAVE)
 IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
 
 HARMONICS = 5
@@ -219,7 +220,7 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
     else:
         load = weight(p, a)
         push -= load
-    dry = p[FSM] + p[LF] * abs(load)
+    dry = max(p[FSM] + p[LF] * abs(load) + periodic(p, WAVE, a), 0.0)
     if p[ANGLE_TABLE] > 0.0:
         push -= looked_up(table(p, ANGLE_TABLE), a)
     if p[FRICTION_TABLE] > 0.0:  # what there is at no speed is dry, the rest is added to it

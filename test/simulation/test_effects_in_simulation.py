@@ -34,6 +34,10 @@ EFFECTS: dict[str, dict[str, float]] = {
     },
     "presliding_friction": {"deflection": 5e-4, "amplitude": 3.0, "velocity": 0.05},
     "mount_mode": {"inertia": 20.0, "stiffness": 8e4, "damping": 60.0},
+    "position_dependent_friction": {
+        "amplitude": 3.0, "cycles_per_turn": 30.0, "phase": 0.4,
+        "amplitude_2": 1.0, "cycles_per_turn_2": 75.0, "phase_2": 1.0,
+    },
     "cable_torque": {"stiffness": 30.0, "torque": 3.0, "cosine": 2.0, "sine": -4.0},
     "iron_saturation": {"loss": 4e-6},
     "torque_droop": {"loss": 0.05},

@@ -38,6 +38,7 @@ SIZES: dict[Term, float] = {
     Term.KINEMATIC_ERROR: 2e-4, Term.KINEMATIC_CYCLES: 80.0, Term.KINEMATIC_PHASE: 0.4,
     Term.INITIAL_DEFLECTION: 1e-4, Term.INITIAL_VELOCITY: 1e-3, Term.GRAVITY_COS: 20.0,
     Term.CABLE_STIFFNESS: 30.0, Term.CABLE_TORQUE: 5.0, Term.CABLE_COS_2: 4.0, Term.CABLE_SIN_2: 6.0,
+    Term.FRICTION_WAVE: 1.0, Term.FRICTION_WAVE_CYCLES: 20.0, Term.FRICTION_WAVE_PHASE: 0.3,
     Term.OFFSET: 2.0, Term.MOTOR_VISCOUS_ASYMMETRY: 1.0, Term.MOTOR_VISCOUS_QUADRATIC: 1.0, Term.MOTOR_STRIBECK: 1.0,
     Term.MOTOR_STRIBECK_VELOCITY: 0.1, Term.MOTOR_LOAD_FRICTION: 0.05, Term.RIPPLE: 1.0, Term.RIPPLE_CYCLES: 60.0,
     Term.RIPPLE_PHASE: 0.3, Term.TORQUE_DELAY: 1e-3, Term.TORQUE_AVERAGING: 0.04, Term.LINK_SKEW: 1e-3,
@@ -50,7 +51,8 @@ SIZES: dict[Term, float] = {
 }  # fmt: skip
 for _n in HARMONICS[1:]:
     for _one, _size in (("RIPPLE", 0.5), ("RIPPLE_CYCLES", 90.0), ("RIPPLE_PHASE", 0.7), ("KINEMATIC_ERROR", 1e-4),
-                        ("KINEMATIC_CYCLES", 50.0), ("KINEMATIC_PHASE", 0.2)):  # fmt: skip
+                        ("KINEMATIC_CYCLES", 50.0), ("KINEMATIC_PHASE", 0.2), ("FRICTION_WAVE", 0.4),
+                        ("FRICTION_WAVE_CYCLES", 30.0), ("FRICTION_WAVE_PHASE", 0.9)):  # fmt: skip
         SIZES[Term[f"{_one}{_n}"]] = _size
 TABLES = {FRICTION_CURVE: 0.4, ANGLE_CURVE: 0.01, SPRING_CURVE: 1.5e-3}
 """Every law that is a table, and how far apart its points are."""
