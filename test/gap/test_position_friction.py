@@ -1,4 +1,4 @@
-"""Dry friction that varies with the motor's angle, in the plants of `bench/plants`: named, measured, and within reason."""
+"""Dry friction that varies with the motor's angle, in the plants of `bench/plants`: named and measured."""
 
 from __future__ import annotations
 
