@@ -85,10 +85,11 @@ def several(
 
 
 def _few(recordings: int, sessions: int) -> list[Notice]:
-    """That they are few; or, where recordings are more than their days, that the days are."""
+    """That they are few; and, where recordings are more than their days, that the days are."""
+    said = [Notice(Code.FEW_RECORDINGS, numbers={"count": recordings})] if recordings <= FEW else []
     if sessions < recordings and sessions <= FEW:
-        return [Notice(Code.FEW_SESSIONS, numbers={"count": sessions, "recordings": recordings})]
-    return [Notice(Code.FEW_RECORDINGS, numbers={"count": recordings})] if recordings <= FEW else []
+        said.append(Notice(Code.FEW_SESSIONS, numbers={"count": sessions, "recordings": recordings}))
+    return said
 
 
 def _open(p: Parameter) -> list[Notice]:
