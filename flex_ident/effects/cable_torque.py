@@ -11,7 +11,7 @@ from flex_ident.simulation.terms import GRAVITY, Term
 
 CONSTANTS = ("offset", "torque_offset.offset")
 """Keys of a constant torque on the motor: it is that of a cable as well, and is in the model once."""
-USUAL_SPRING, USUAL_LEVER = 0.1, 0.02
+USUAL_SPRING, USUAL_LEVER = 0.1, 0.05
 """What may be in any joint, one standard deviation: the slope of a spring over that of gravity where gravity is
 steepest, and the torque of half gravity's period over gravity's. Set by hand, for cables and hoses: a balancing spring
 takes up to half, and who has one knows it (`explain_gap --add cable_torque`)."""

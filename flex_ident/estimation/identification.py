@@ -29,6 +29,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
 from flex_ident.estimation.thresholds import SENSOR_LEFT
+from flex_ident.estimation.unseen_effects import gravity_notice
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.rules import FIT_RULES, judged
@@ -305,6 +306,8 @@ def identification_of(
     placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
     notices += [rigid_link] if rigid_link is not None else []
+    gravity = gravity_notice(estimate.unseen, fit, estimate.uncertainty)
+    notices += [gravity] if gravity is not None else []
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:

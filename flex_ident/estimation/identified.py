@@ -7,12 +7,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flex_ident.effects import key_named, told_key, trade_error
+from flex_ident.effects import CATALOGUE, key_named, told_key, trade_error
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.thresholds import DRY_REVERSAL_ERROR, FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters import Parameter
+from flex_ident.parameters.keys import by_effect
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
 
 
@@ -61,13 +62,18 @@ def reversal_error(estimate: Estimate, key: str) -> float:
     return 0.0
 
 
+def beside_its_like(estimate: Estimate) -> bool:
+    """Whether a model holds an effect that another of the same kind may be beside: then the intervals hold that one."""
+    return any(CATALOGUE[name].unseen is not None for name in by_effect(estimate.fit.values)[1])
+
+
 def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     """One key of an estimate with its uncertainty and whether the data determine it."""
     value = float(estimate.fit.values[key])
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_KEYS:
         std = math.hypot(std, folding_error(estimate) * value)
-    beside = estimate.unseen.get(key, 0.0)
+    beside = estimate.unseen.get(key, 0.0) if beside_its_like(estimate) else 0.0
     std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside)
     at_bound = key in estimate.fit.at_bound
     ci95 = None

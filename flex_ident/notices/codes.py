@@ -358,6 +358,13 @@ class Code(StrEnum):
         "above the band cannot be told from another stiffness.",
         "Read a link encoder, or sweep further up, where another mode may lie near the end of the band.",
     )  # fmt: skip
+    GRAVITY_TAKEN_ALONE = (
+        "gravity_taken_alone", "info",
+        "MX and MY hold where nothing but gravity pulls on the link: over the range that was moved a cable, a hose or "
+        "a balancing spring cannot be told from it.",
+        "Move over a larger range (chirp.profile: rich); with a spring or a cable on the link, run explain_gap --add "
+        "cable_torque.",
+    )  # fmt: skip
     STRUCTURED_LINK = (
         "structured_link", "doubt",
         "The link's position is not what the model says, by more than its noise: the link encoder sits behind a "

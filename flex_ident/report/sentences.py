@@ -309,6 +309,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "would make {subject} {moved_percent:+.2g} % ({moved_stds:.0f} standard deviations), and the motor alone does "
         "not tell."
     ),
+    Code.GRAVITY_TAKEN_ALONE: (
+        "{subject} holds where nothing but gravity pulls on the link: a cable or a spring of a tenth of its slope "
+        "would move {subject} by {moved_percent:.2g} % ({moved_stds:.0f} standard deviations), and over this range "
+        "nothing tells them apart."
+    ),
     Code.STRUCTURED_LINK: (
         "the model leaves {gap:.3g} {unit} rms of the link's position, of which noise accounts for {noise:.3g}: the "
         "link encoder reads something else than this link, or sits behind a further spring."
