@@ -31,7 +31,7 @@ def rounding_bias(solver: SteadyFit, fit: Fit) -> Floats | None:
     if not inside:
         return None
     here = _step(solver, fit, fit.residual, fit.jacobian, inside)
-    std = np.sqrt(np.diag(np.linalg.pinv(_information(fit, inside))))
+    std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(_information(fit, inside))), 0.0))
     joint = [i for i, place in enumerate(inside) if fit.free[place] not in solver.priors]
     found: list[Floats] = []
     for seed in range(ROUNDING_DRAWS):

@@ -68,7 +68,7 @@ def test_what_was_commanded_slowly_is_doubtful_and_its_error_bar_says_so(end_fre
     for key in ("Jm", "K", "JL"):
         parameter = result.parameter(key)
         assert abs(parameter.value - COBOT_JOINT.value(key)) < 2.0 * parameter.std
-        assert parameter.relative_std_percent < 5.0
+        assert parameter.relative_std_percent < 10.0
 
 
 @pytest.mark.parametrize("sensors", ["motor", "motor+link"])

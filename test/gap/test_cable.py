@@ -40,6 +40,7 @@ def identified(joint: Joint, travel: float, sensors: str) -> Identification:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("joint", [SPRING, BALANCED, LEVER], ids=["spring", "balanced", "lever"])
 def test_what_pulls_beside_gravity_is_suspected_over_a_large_range(joint: Joint) -> None:
     result = identified(joint, WIDE, "motor+link")
@@ -51,6 +52,7 @@ def test_what_pulls_beside_gravity_is_suspected_over_a_large_range(joint: Joint)
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_over_a_small_range_it_is_said_and_leaves_the_rest_of_the_joint_right() -> None:
     pulled = identified(SPRING, NARROW, "motor+link")
     for key in ("Jm", "K", "JL"):
