@@ -6,6 +6,7 @@ from pathlib import Path
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
+import pytest  # noqa: E402
 from plants import case_of, made  # noqa: E402
 from recordings import recording_of  # noqa: E402
 
@@ -15,6 +16,7 @@ from flex_ident.likelihood.nuisances import measurement_priors  # noqa: E402
 from flex_ident.parameters import FLEXIBLE_KEYS  # noqa: E402
 
 
+@pytest.mark.slow
 def test_a_scale_of_the_link_encoder_does_not_stand_in_for_the_spring() -> None:
     case = made(case_of(131, 114))
     problem = fit_problem(recording_of(case.recorded, "motor+link"), sensors="motor+link")

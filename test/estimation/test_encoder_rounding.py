@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
@@ -33,6 +34,7 @@ def fitted(recording: Recording) -> tuple[SteadyFit, Fit]:
     return refined(problem, FLEXIBLE_KEYS, settled(problem, values, priors), priors)
 
 
+@pytest.mark.slow
 def test_the_bias_of_a_coarse_encoder_is_no_larger_than_said() -> None:
     fine = recording_of(made(case_of(131, 101)).recorded, "motor")
     truth = fitted(fine)[1].values
@@ -43,6 +45,7 @@ def test_the_bias_of_a_coarse_encoder_is_no_larger_than_said() -> None:
         assert abs(fit.values[key] - truth[key]) < 2.0 * abs(bias[fit.free.index(key)]) < 0.05 * truth[key]
 
 
+@pytest.mark.slow
 def test_a_fine_encoder_has_hardly_any() -> None:
     solver, fit = fitted(recording_of(made(case_of(131, 24)).recorded, "motor"))
     bias = rounding_bias(solver, fit)
