@@ -31,7 +31,7 @@ STATE_ROUNDS = 2
 FIRST_S, UNSETTLED, FEWEST_ROWS = 4.0, 1.5, 60
 """First seconds of a recording; how much worse than the rest they are where the start is in doubt; samples needed."""
 STATE_STEP, STATE_ITERATIONS = 1e-4, 10
-STATED = ("torque_delay", "link_zero", "initial_deflection", "initial_velocity")
+NOT_PUT_BACK = ("torque_delay", "link_zero", "initial_deflection", "initial_velocity")
 """Nuisances that are not put back: any model finds them, and none does without."""
 AGAIN_ROUNDS, AGAIN_ITERATIONS, AGAIN_TOLERANCE = 2, 8, 1e-3
 
@@ -48,7 +48,7 @@ def base_fit(
 
     First without the nuisances that only a nearly right model can tell (how friction turns over, a low-pass in the
     effort), weighted by all that is left; then with all, weighted by the noise, taken anew in each round until
-    that moves nothing. Raises ExcitationError when the simulation runs away.
+    that moves nothing; then from another start. Raises ExcitationError when the simulation runs away.
     """
     done, rounds = 0, len(FIRST_ROUNDS) + len(ROUNDS)
 
@@ -93,7 +93,7 @@ def tried_again(solver: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
     Each is weighted by the noise that it sees itself: the other must win under the weights of both.
     """
     priors = solver.priors
-    again: Mapping[str, float] = {**fit.values, **{k: p.start for k, p in priors.items() if k not in STATED}}
+    again: Mapping[str, float] = {**fit.values, **{k: p.start for k, p in priors.items() if k not in NOT_PUT_BACK}}
     try:
         for _ in range(AGAIN_ROUNDS):
             weights = solver.whitenings(again)

@@ -10,12 +10,9 @@ joints whose controller acts on the rounded position and doubled that of others,
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from flex_ident.estimation.thresholds import ROUNDING_DRAWS, ROUNDING_MATTERS
-from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.noise import position_noise
 from flex_ident.likelihood.steady import SteadyFit
@@ -73,11 +70,3 @@ def _step(solver: SteadyFit, fit: Fit, residual: Floats, jacobian: Floats, insid
     target = np.nan_to_num(np.concatenate((-residual, known * off)))
     solution: Floats = np.linalg.lstsq(np.nan_to_num(rows / scale), target, rcond=1e-9)[0] / scale
     return solution
-
-
-def beside_rounding(known: Uncertainty, solver: SteadyFit, fit: Fit) -> Uncertainty:
-    """The uncertainty with what the encoder's noise does on average."""
-    bias = rounding_bias(solver, fit)
-    if bias is None:
-        return known
-    return replace(known, covariance=known.covariance + np.outer(bias, bias))

@@ -11,8 +11,8 @@ import numpy as np
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.base_fit import Progress, base_fit
 from flex_ident.estimation.effort_kind import resolved
-from flex_ident.estimation.encoder_rounding import beside_rounding
-from flex_ident.estimation.far_mode import beside_unseen
+from flex_ident.estimation.encoder_rounding import rounding_bias
+from flex_ident.estimation.far_mode import unseen_shift
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
 from flex_ident.estimation.strain import material, strained_factor
@@ -24,7 +24,7 @@ from flex_ident.estimation.thresholds import (
     WIDE_HZ,
 )
 from flex_ident.estimation.unseen_effects import unseen_stds
-from flex_ident.estimation.unseen_spring import beside_spring
+from flex_ident.estimation.unseen_spring import spring_shift
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.judgement.priorities import REVERSED
@@ -193,8 +193,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     found = suspects(solver, fit, prismatic=prismatic, left=left)
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
-        joined = beside_unseen(joined, solver, fit)
-    joined = beside_rounding(beside_spring(joined, solver, fit), solver, fit)
+        joined = joined.beside(unseen_shift(solver, fit))
+    joined = joined.beside(spring_shift(solver, fit)).beside(rounding_bias(solver, fit))
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.

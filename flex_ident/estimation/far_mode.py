@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from flex_ident.estimation.thresholds import UNSEEN_SHARE
 from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
@@ -35,15 +31,6 @@ def unseen_shift(solver: SteadyFit, fit: Fit) -> Floats | None:
     moved = solver.whitened_residual({**fit.values, FAR_MODE: PROBE}, fit.whitenings) - fit.residual
     shift: Floats = (following_of(fit) @ moved) * UNSEEN_SHARE / PROBE
     return shift
-
-
-def beside_unseen(known: Uncertainty, solver: SteadyFit, fit: Fit) -> Uncertainty:
-    """The uncertainty where the model is known to lack something: a link that is rigid is then no more certain than
-    the rest of it."""
-    shift = unseen_shift(solver, fit)
-    if shift is None:
-        return known
-    return replace(known, covariance=known.covariance + np.outer(shift, shift))
 
 
 def rigid_link_notice(solver: SteadyFit, fit: Fit, known: Uncertainty) -> Notice | None:

@@ -7,13 +7,10 @@ To first order a spring adds the fourth derivative of the position to the torque
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from flex_ident.filtering.spectral import Complexes
 from flex_ident.likelihood.comparison import correlation_factor
-from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.recording import Floats
@@ -48,11 +45,3 @@ def spring_shift(solver: SteadyFit, fit: Fit) -> Floats | None:
     shift = np.zeros(len(fit.free))
     shift[inside] = gain / (1.0 + gain) * solution[:-1]
     return shift
-
-
-def beside_spring(known: Uncertainty, solver: SteadyFit, fit: Fit) -> Uncertainty:
-    """The uncertainty with what a spring that is not seen would change."""
-    shift = spring_shift(solver, fit)
-    if shift is None:
-        return known
-    return replace(known, covariance=known.covariance + np.outer(shift, shift))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class Uncertainty:
             return float("inf")
         i = self.free.index(key)
         return float(np.sqrt(self.covariance[i, i]))
+
+    def beside(self, shift: Floats | None) -> Uncertainty:
+        """The uncertainty with a shift (p,) of the free keys that may be there, one standard deviation."""
+        return self if shift is None else replace(self, covariance=self.covariance + np.outer(shift, shift))
 
 
 def uncertainty_of(fit: Fit, rate_hz: float) -> Uncertainty:
