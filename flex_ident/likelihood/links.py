@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
+from flex_ident.likelihood.cores import mapped
 from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES
 from flex_ident.simulation.motion import MotorMotion
@@ -17,11 +16,6 @@ MOTOR_SIDE = [int(t) for t in Term if not t.moves_link]
 """Terms that leave the link's motion as it is: no simulation is needed for their sensitivity."""
 REMEMBERED = 4
 """The point of linearisation is asked for again and again."""
-
-
-def usable_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class LinkResponses:
@@ -53,11 +47,12 @@ class LinkResponses:
         missing = {terms.tobytes(): terms for terms in moving if found[terms.tobytes()] is None}
         keys = list(missing)
         groups = [keys[i : i + LANES] for i in range(0, len(keys), LANES)]
-        with ThreadPoolExecutor(usable_cores()) as pool:  # the simulation releases the GIL
-            for group, links in zip(
-                groups, pool.map(lambda g: link_motions([missing[k] for k in g], self._motion), groups), strict=True
-            ):
-                found.update(zip(group, links, strict=True))
+        links = mapped(
+            lambda group: link_motions([missing[k] for k in group], self._motion), groups,
+            samples=self._motion.position.size,
+        )  # fmt: skip
+        for group, own in zip(groups, links, strict=True):
+            found.update(zip(group, own, strict=True))
         ready = []
         for terms in moving:
             link = found[terms.tobytes()]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,8 @@ from flex_ident.effects import effect_named, key_named
 from flex_ident.errors import ConfigurationError, ExcitationError
 from flex_ident.filtering.direction import sharp_velocity, velocity_noise
 from flex_ident.filtering.spectral import Complexes, SpectralFilter
-from flex_ident.likelihood.links import LinkResponses, usable_cores
+from flex_ident.likelihood.cores import mapped
+from flex_ident.likelihood.links import LinkResponses
 from flex_ident.likelihood.thresholds import FAR_BANDS, FAR_DAMPING, FEWEST, HARDLY, MOST_SETTLING, UNSEEN_WAY
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.keys import by_effect, flat_keys
@@ -295,8 +295,8 @@ class FitProblem:
         """The same under each of several sets of values, in one pass on all cores."""
         terms = [self.terms(values) for values in many]
         links = [None] * len(terms) if self.rigid else self._links.of_many(terms)
-        with ThreadPoolExecutor(usable_cores()) as pool:  # the FFTs release the GIL
-            return list(pool.map(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links))
+        samples = self.motion.position.size
+        return mapped(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links, samples=samples)
 
     def _compared(self, values: Mapping[str, float], predicted: Prediction) -> tuple[Floats, ...]:
         residual = [self.measured_torque(values) - predicted.torque]

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flex_ident.effects import CATALOGUE
+from flex_ident.likelihood.cores import mapped
 from flex_ident.likelihood.fit import Fit, SimulationFit
 from flex_ident.likelihood.gauge import prior_root
-from flex_ident.likelihood.links import usable_cores
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
 from flex_ident.screening.linear_probe import mount_change, second_mode_change, transmission_error_change
@@ -46,10 +45,10 @@ def scores(solver: SimulationFit, fit: Fit, tried: Iterable[Candidate]) -> list[
     def scored(candidate: Candidate) -> Score | None:
         return _score(solver, fit, candidate, bases[candidate.replaces], following)
 
-    with ThreadPoolExecutor(usable_cores()) as pool:
-        best = _best(pool.map(scored, tried))
-        finer = [c for s in best.values() for c in refined_candidates(s.candidate)]
-        best = _best([*best.values(), *pool.map(scored, finer)])
+    samples = solver.problem.motion.position.size
+    best = _best(mapped(scored, tried, samples=samples))
+    finer = [c for s in best.values() for c in refined_candidates(s.candidate)]
+    best = _best([*best.values(), *mapped(scored, finer, samples=samples)])
     return sorted(best.values(), key=lambda s: -s.gain)
 
 

@@ -80,6 +80,7 @@ def test_bag_without_motion_or_joints_says_so(tmp_path: Path) -> None:
     assert "no joint 'elbow' in /states: it has joint_1 (0), joint_2 (0." in text
 
 
+@pytest.mark.slow
 def test_what_is_short_slow_or_lost_is_no_plain_yes(tmp_path: Path) -> None:
     text, error = bag_check(rosbag2_bag(tmp_path / "short", swing(150)), SignalSelection())
     assert isinstance(error, ExcitationError)
@@ -96,6 +97,7 @@ def test_what_is_short_slow_or_lost_is_no_plain_yes(tmp_path: Path) -> None:
     assert "[duplicate_stamps]" in text
 
 
+@pytest.mark.slow
 def test_damage_is_told(tmp_path: Path) -> None:
     bag = written(tmp_path, "bare mcap, small chunks", 3000)
     bag.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])

@@ -92,6 +92,7 @@ def test_any_field_of_json_by_its_path(tmp_path: Path) -> None:
             read_recording(bag, SignalSelection(motor_position=wrong, effort="drives:tau[2]"))
 
 
+@pytest.mark.slow
 def test_messages_of_many_numbers_take_little_memory(tmp_path: Path) -> None:
     wide = json.dumps([0.5] * 30_000)
     rows = (f'{{"image": {wide}, "q": {Q[i]:.17g}, "tau": {U[i]:.17g}}}'.encode() for i in range(300))

@@ -34,6 +34,7 @@ pytest.importorskip("backports.zstd")
 from hostile_bags import HOSTILE, refusal
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_bag_is_refused_in_one_line_and_300_mib(name: str, tmp_path: Path) -> None:
     path = HOSTILE[name](tmp_path)

@@ -40,6 +40,7 @@ def test_joints_that_move_are_carried_and_named(tmp_path: Path) -> None:
     assert (notice.numbers["count"], notice.texts["joints"]) == (1.0, "b")
 
 
+@pytest.mark.slow
 def test_check_bag_says_which_joints_moved(tmp_path: Path) -> None:
     text, _ = bag_check(arm(tmp_path / "bag"), SignalSelection(joint="a"))
     assert "1 other joint moved: b." in text

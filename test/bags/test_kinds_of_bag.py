@@ -44,6 +44,7 @@ def codes(recording: Recording) -> list[str]:
     return [notice.code for notice in recording.notices]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_numbers_are_those_recorded(tmp_path: Path, kind: str) -> None:
     recording = read_recording(written(tmp_path, kind))
@@ -108,6 +109,7 @@ def test_part_that_is_missing_is_named(tmp_path: Path) -> None:
     assert [sentence(n) for n in recording.notices] == ["whole_1.mcap of the bag is missing."]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_bag_cut_at_half_gives_its_first_half(tmp_path: Path, kind: str) -> None:
     bag = written(tmp_path, kind, 4000)

@@ -41,6 +41,7 @@ def rigid_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_files_and_numbers(rigid_bag: Path, tmp_path: Path) -> None:
     done = run(rigid_bag, "--rigid", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
@@ -60,12 +61,14 @@ def test_files_and_numbers(rigid_bag: Path, tmp_path: Path) -> None:
     assert "https://" not in page
 
 
+@pytest.mark.slow
 def test_json_is_all_there_is_on_standard_output(rigid_bag: Path, tmp_path: Path) -> None:
     done = run(rigid_bag, "--rigid", "--json", "--no-plots", "--out", tmp_path)
     assert json.loads(done.stdout)["verdict"] == "trusted"
     assert not (tmp_path / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_options_win_over_the_file(rigid_bag: Path, tmp_path: Path) -> None:
     config = tmp_path / "c.yaml"
     config.write_text("/**:\n  ros__parameters:\n    rigid: true\n    effort_scale: 2.0\n")

@@ -50,6 +50,7 @@ def test_an_effect_that_is_none_is_refused_with_the_file(line: str, text: str, t
     assert str(path) in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_joint_that_slides_has_no_first_moments() -> None:
     model = COBOT_JOINT.without(("MX", "MY"))
     recording = virtual_recording(JointModel({**model.parameters, "offset": 3.0}), EXPERIMENT, CHAIN)

@@ -38,6 +38,7 @@ def joint_and_recording(request: pytest.FixtureRequest) -> tuple[JointModel, Rec
     return model, virtual_recording(model, EXPERIMENT, chain(bits), seed=5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensors", ["motor", "motor+link"])
 def test_recovers_the_joint_within_its_uncertainty(
     joint_and_recording: tuple[JointModel, Recording], sensors: str

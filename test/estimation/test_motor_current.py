@@ -39,6 +39,7 @@ def identified(seed: int) -> Identification:
     return identify(both_recorded(seed))
 
 
+@pytest.mark.slow
 def test_a_current_that_is_late_moves_nothing() -> None:
     plain, recording = identified(1), both_recorded(1)
     assert recording.motor_current is not None
@@ -51,6 +52,7 @@ def test_a_current_that_is_late_moves_nothing() -> None:
         assert p.value == pytest.approx(plain.parameter(key).value, rel=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_all_nine_and_the_torque_constant_are_found(seed: int) -> None:
     result = identified(seed)
@@ -71,6 +73,7 @@ def test_all_nine_and_the_torque_constant_are_found(seed: int) -> None:
     assert result.model.value("Jm") == result.parameter("Jm").value
 
 
+@pytest.mark.slow
 def test_the_current_of_another_motor_is_not_trusted() -> None:
     recording = both_recorded(1)
     other = np.sin(7.0 * recording.time) + 0.1 * np.random.default_rng(0).standard_normal(recording.time.size)

@@ -11,6 +11,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.recording import Recording
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.08, 0.3, 0.7])
 @pytest.mark.parametrize("sensors", ["motor", "motor+link"])
 def test_short_recordings_end_in_a_sentence(seconds: float, sensors: str) -> None:

@@ -26,6 +26,7 @@ def slowly_moved(locked_hz: float, seed: int) -> dict[str, float]:
     return {"pull": (inertia.value - MOTOR - LINK) / inertia.std, "relative": inertia.std / inertia.value}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("locked_hz", "seed"), [(6.0, 1), (9.0, 2)])
 def test_the_inertia_of_a_joint_with_a_spring_is_no_surer_than_the_spring_allows(locked_hz: float, seed: int) -> None:
     found = slowly_moved(locked_hz, seed)
@@ -33,6 +34,7 @@ def test_the_inertia_of_a_joint_with_a_spring_is_no_surer_than_the_spring_allows
     assert found["relative"] < 0.05
 
 
+@pytest.mark.slow
 def test_a_stiff_joint_is_known_well() -> None:
     found = slowly_moved(100.0, 3)
     assert abs(found["pull"]) < 3.0

@@ -22,6 +22,7 @@ from flex_ident.fleet.running import Batch
 from flex_ident.fleet.work import JointOutcome, Outcome
 
 
+@pytest.mark.slow
 def test_archive_holds_what_identify_bag_says_and_is_made_once(
     bags: Path, expected: dict[str, Any], client: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -146,6 +146,7 @@ def test_two_results_are_left_behind_the_baseline(results: int) -> None:
     assert [(own["robot"], own["parameter"]) for own in content["changes"]] == [("arm 0", "K")]
 
 
+@pytest.mark.slow
 def test_the_smallest_change_that_could_be_shown_is_found_about_as_often_as_is_said() -> None:
     smallest = fleet_health(made_up(60, seed=50))["smallest"]["K"]["median_percent"]
     assert 5.0 < smallest < 15.0
@@ -165,6 +166,7 @@ def test_what_cannot_be_compared_is_refused() -> None:
         fleet_health(made_up(), "2026-13-45")
 
 
+@pytest.mark.slow
 def test_command_says_it_in_a_table_or_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
     from flex_ident.fleet.archive import Archive
@@ -209,6 +211,7 @@ def in_sessions(
     return rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robots", "joints", "sessions", "shared"),
     [(1, 6, 4, "joint"), (6, 6, 4, "joint"), (6, 6, 4, "robot"), (6, 6, 3, "fleet"), (2, 6, 6, "fleet")],
@@ -232,6 +235,7 @@ def test_too_few_sessions_are_said_instead_of_an_alarm() -> None:
     assert "1 cannot tell yet: 1 session; record on four days or more" in health_text(content)
 
 
+@pytest.mark.slow
 def test_three_sessions_tell_no_less_than_two() -> None:
     def found(seed: int, sessions: int) -> bool:
         content = fleet_health(made_up(40, sessions, changed={"K": 0.8}, since=1, seed=seed))

@@ -55,6 +55,7 @@ TABLE = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.slow
 @TABLE
 def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
     kind, options, slides, gap = row

@@ -49,6 +49,7 @@ def run(*arguments: object) -> int:
     return identify_bag([*map(str, arguments), "--rigid", "--no-plots"])
 
 
+@pytest.mark.slow
 def test_the_set_has_files_values_weights_and_scatter(
     bags: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -164,6 +165,7 @@ def test_wrong_usage_is_one_line(
     assert len(said.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_set_has_one_folder_by_default_and_keeps_it(
     bags: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

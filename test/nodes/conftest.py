@@ -1,4 +1,4 @@
-"""A test of nodes that fails while the machine pauses is played again; one that fails on an idle machine has failed."""
+"""A test of nodes that fails as the machine pauses is played again, alone; one that fails on an idle one has failed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from contextlib import suppress
 
 import pytest
 from busy import MachineBusyError, Witness, excuse
+from turns import turn
 
-RERUNS = 2
+RERUNS = 3
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -17,7 +18,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     again = config.pluginmanager.hasplugin("rerunfailures")
     for item in items:
         if isinstance(item, pytest.Function) and item.get_closest_marker("ros"):
-            item.fixturenames.insert(0, "witness")
+            item.fixturenames[:0] = ["own_turn", "witness"]
             if again:
                 item.add_marker(pytest.mark.flaky(reruns=RERUNS, only_rerun=[MachineBusyError.__name__]))
 
@@ -28,6 +29,16 @@ def witness() -> Iterator[Witness]:
     made = Witness()
     yield made
     made.end()
+
+
+@pytest.fixture
+def own_turn(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A test plays beside those of other processes; its other tries have the machine for themselves."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    with turn(folder, alone=getattr(request.node, "execution_count", 1) > 1):
+        yield
 
 
 @pytest.fixture(autouse=True)

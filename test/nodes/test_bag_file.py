@@ -54,6 +54,7 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
         opened(tmp_path / "file" / "bag")
 
 
+@pytest.mark.slow
 def test_a_disk_that_hangs_holds_up_nobody_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bag_file, "STUCK_S", 0.3)
     monkeypatch.setattr(bag_file, "MOST_WAITING", 100)

@@ -33,6 +33,7 @@ def played(run, sub: int, joint: Joint, torque: NDArray[np.float64], q0: float =
     return run(joint, drive, torque, still, still, q0, sub)
 
 
+@pytest.mark.slow
 @BOTH
 def test_step_of_torque_without_friction_is_the_closed_form(run, sub: int) -> None:
     joint = Joint(1.5, 12000.0, 2.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

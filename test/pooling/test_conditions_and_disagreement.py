@@ -39,6 +39,7 @@ def test_the_condition_that_drives_the_scatter_is_named(driver: str) -> None:
     assert right >= 18
 
 
+@pytest.mark.slow
 def test_no_condition_is_named_and_nobody_disagrees_where_nothing_is_at_work() -> None:
     rng = np.random.default_rng(12)
     runs = [drawn_set(rng, None) for _ in range(100)]

@@ -49,6 +49,7 @@ def covered(sessions: int, each: int, day: float, within: float, sets: int = 100
     return 100.0 * inside.min() / sets, 100.0 * inside.max() / sets, 100.0 * apart / sets
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sessions", "each"), [(2, 3), (3, 3), (5, 2)])
 @pytest.mark.parametrize("day", [0.0, 0.03])
 def test_intervals_over_days_cover(sessions: int, each: int, day: float) -> None:

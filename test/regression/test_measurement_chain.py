@@ -10,6 +10,7 @@ EXPERIMENT = Experiment(duration_s=15.0)
 CHAIN = MeasurementChain.with_bits(20, 20, torque_noise=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("skew", [2e-3, -2e-3])
 @pytest.mark.parametrize("method", ["auto", "weighted"])
 def test_a_skew_of_the_link_encoder_has_the_right_sign(skew: float, method: str) -> None:

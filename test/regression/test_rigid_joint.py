@@ -63,6 +63,7 @@ def test_gravity_over_a_short_travel_is_not_told_from_an_offset_but_does_not_bia
     assert abs(j.value - 2.0) < 4.0 * j.std
 
 
+@pytest.mark.slow
 def test_a_joint_that_slides_has_no_gravity_columns() -> None:
     recording = recorded(gravity=True)
     result = identify(recording, IdentifyOptions(rigid=True), prismatic=True)

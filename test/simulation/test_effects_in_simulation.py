@@ -80,6 +80,7 @@ def difference_percent(name: str, *, known: bool, other: bool = False) -> float:
     return 100.0 * float(max(errors))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["", *EFFECTS])
 def test_the_simulation_does_what_another_plant_does(name: str) -> None:
     assert difference_percent(name, known=True) < WORST_PERCENT

@@ -101,6 +101,7 @@ def same(one: LinkMotion, other: LinkMotion) -> bool:
     return all(float(np.max(np.abs(a - b))) < 1e-9 * float(np.max(np.abs(a))) for a, b in pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("term", list(Term), ids=lambda t: t.name)
 def test_a_batch_is_what_single_simulations_are_for_every_term(term: Term) -> None:
     for seed in range(3):
