@@ -1,5 +1,6 @@
 # make demo   one whole run on the embedded virtual joint, through real ROS nodes
-# make test   the tests; both create .venv first, with ROS from PyPI where no Jazzy installation is sourced
+# make test   the quick tests and those of the nodes; make test-slow: whole identifications and searches
+# The first call makes .venv, with ROS from PyPI where no Jazzy installation is sourced.
 PYTHON ?= $(firstword $(foreach p,python3.12 python3.11 python3,$(shell $(p) -c 'import sys; sys.version_info >= (3, 11) or sys.exit(1)' 2>/dev/null && echo $(p))))
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -13,7 +14,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-core test-campaign lint clean
+.PHONY: demo test test-core test-nodes test-slow test-campaign lint clean
 .DEFAULT_GOAL := test
 
 $(VENV)/.ready: setup.py
@@ -25,13 +26,18 @@ $(VENV)/.ready: setup.py
 demo: $(VENV)/.ready
 	$(BIN)/flex_ident demo
 
-# The nodes' tests mostly wait for their joints: two at a time, each process with a ROS domain of its own.
-test: $(VENV)/.ready
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not campaign" $(ARGS)
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "ros and not campaign" $(ARGS)
+test: test-core test-nodes
 
 test-core: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not ros and not slow and not campaign" $(ARGS)
+
+# The nodes mostly wait for their joints: two tests at a time, each process with a ROS domain of its own.
+test-nodes: $(VENV)/.ready
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "ros and not campaign" $(ARGS)
+
+# Whole identifications and searches, against plants that are not ours: ten minutes.
+test-slow: $(VENV)/.ready
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "slow and not ros and not campaign" $(ARGS)
 
 # Every fault in all kinds of command, each combination of settings, many topics under load, each case with each set of
 # sensors: half an hour, nothing beside it.
