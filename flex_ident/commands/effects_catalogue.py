@@ -66,7 +66,7 @@ def write_effects_page(folder: Path) -> list[Path]:
         "",
         "Made by `python bench/effects_page.py`. Each picture: what the torque lacks when a cobot's joint has the "
         "effect and the model does not, the model's own parameters left as they are, over the variable that shows it "
-        "best.",
+        "best. Red is the mean of the motion forward, the other line that of the motion backward.",
     ]
     for effect in CATALOGUE.values():
         path = pictures / f"{effect.name}.png"
@@ -104,8 +104,9 @@ def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> byt
         else:
             variable = known.get(effect.bin_by, known["motor_velocity"])
             axes.plot(variable.values[rows], -change[rows], ".", ms=1.0, color=QUIET)
-            centre, mean = _binned(variable.values[rows], -change[rows])
-            axes.plot(centre, mean, color=PREDICTED)
+            forward = known["motor_velocity"].values > 0.0
+            for way, colour in ((forward, PREDICTED), (~forward, MEASURED)):
+                axes.plot(*_binned(variable.values[rows & way], -change[rows & way]), color=colour)
             axes.set_xlabel(f"{variable.words}, {variable.unit}")
         axes.set_ylabel("torque, N m")
         axes.set_title(effect.name.replace("_", " "))
