@@ -12,10 +12,19 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from flex_ident.errors import ExcitationError
-from flex_ident.estimation.thresholds import LOWER, STILL, WORTH_TRYING
+from flex_ident.estimation.thresholds import (
+    CREEPING,
+    HARDLY_CREEPS,
+    LEAST_MOVING,
+    LOWER,
+    STILL,
+    TURNS_OVER,
+    WORTH_TRYING,
+)
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.likelihood.reversals import dry_friction
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.whitening import Whitening
 from flex_ident.recording import Floats
@@ -60,7 +69,23 @@ def base_fit(
 
     values = rough_values(problem, keys, start, priors, step=step)
     solver, fit = refined(problem, keys, settled(problem, values, priors), priors, step=step)
+    moving = without_creeping(problem, fit.values)
+    if moving is not problem:
+        solver, fit = refined(moving, keys, fit.values, priors)
     return tried_again(solver, fit)
+
+
+def without_creeping(problem: FitProblem, values: Mapping[str, float]) -> FitProblem:
+    """The problem without what is faster than the encoder resolves and yet no motion: friction that holds the motor
+    lets it creep, and turns over in less time than a sample takes. The same problem where there is little of that.
+    """
+    inertia, friction = values.get("Jm", values.get("J", 0.0)), dry_friction(values)
+    speed = values.get("reversal_speed", 0.0)
+    if inertia * speed > TURNS_OVER * friction * problem.recording.sample_time:
+        return problem
+    moving = problem.resting_below(CREEPING * speed)
+    share = float(moving.usable.sum()) / float(problem.usable.sum())
+    return moving if LEAST_MOVING < share < HARDLY_CREEPS else problem
 
 
 def refined(

@@ -171,7 +171,7 @@ def estimated(
         return lambda x: progress(low + x * (high - low)) if progress is not None else None
 
     solver, fit = base_fit(problem, base_keys, start, nuisances, progress=part(0.0, 0.8))
-    kinds = resolved(problem, solver, fit, kind)
+    kinds = resolved(solver.problem, solver, fit, kind)
     found = of_kind(estimate_of(kinds.solver, kinds.fit, prismatic=prismatic), kinds)
     part(0.8, 1.0)(1.0)
     return found

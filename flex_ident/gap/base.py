@@ -40,6 +40,7 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
     keys = tuple(k for k in keys if k not in options.without)
     start = {k: v for k, v in start.items() if k in keys or _given(k)}
     solver, fit = base_fit(problem, keys, start, base_priors(problem, keys, options.effort_kind))
+    problem = solver.problem
     kinds = resolved(problem, solver, fit, options.effort_kind)
     fit, keys = kinds.fit, tuple(k for k in kinds.fit.free if k in keys)
     constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)

@@ -64,8 +64,7 @@ def explain(
     problem = fit_problem(
         recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, band_hz=options.band_hz
     )
-    held = validation_blocks(problem)
-    _refuse_short(problem, held)
+    _refuse_short(problem, validation_blocks(problem))
     report(0.02, "fitting the base model")
     try:
         kinds, stood_for = fitted_base(problem, options)
@@ -75,6 +74,8 @@ def explain(
             raise
         return _explained_as_rigid(recording, options, progress, rigid)
     solver, base = kinds.solver, kinds.fit
+    problem = solver.problem
+    held = validation_blocks(problem)
     report(0.2, "screening")
     coarse = _coarse(recording, problem, options)
     searching, start = search_start(coarse, solver, base)
@@ -179,7 +180,7 @@ def _coarse(recording: Recording, problem: FitProblem, options: GapOptions) -> F
         recording, sensors=problem.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz,
         stiffest=STIFFEST, band_hz=options.band_hz,
     )  # fmt: skip
-    return coarse if coarse.substeps < problem.substeps else problem
+    return coarse.resting_below(problem.resting_speed) if coarse.substeps < problem.substeps else problem
 
 
 def _steps(search: Search, gaps: Sequence[float]) -> tuple[Step, ...]:

@@ -131,6 +131,8 @@ class FitProblem:
         self.time: Floats = recording.time[:: self.decimation]
         self._noise = float(np.std((recording.motor_position - self.motion.position)[10:-10]))
         self.resolution = 2.0 * velocity_noise(self._noise, drive_hz, rate)
+        self.resting_speed = self.resolution
+        """Speed, rad/s, up to which the motor is taken to stand still."""
         self.sharp = sharp_velocity(recording.motor_position, rate, lowest_hz=drive_hz)
         self._shares: dict[tuple[float, ...], Floats] = {}
         self._slopes: dict[Hashable, tuple[Floats, ...]] = {}
@@ -211,7 +213,7 @@ class FitProblem:
             settling = _held_after(missing, 0 if self.rigid else round(SETTLING_S * rate))
             bad |= settling if float(np.mean(settling)) < MOST_SETTLING else missing
         window = max(3, int(0.1 * rate))
-        moving = ndimage.uniform_filter1d((np.abs(self.motion.velocity) > self.resolution).astype(float), window)
+        moving = ndimage.uniform_filter1d((np.abs(self.motion.velocity) > self.resting_speed).astype(float), window)
         bad |= moving < 0.5
         usable: Bools = ~bad[:: self.decimation]
         return usable
@@ -365,6 +367,13 @@ class FitProblem:
         other._links = LinkResponses(other.motion, lambda position, skew: self.reduced(position, delay=skew))
         if direction:
             other.sharp, other._shares = sharp_velocity(position, rate, lowest_hz=self.drive_hz), {}
+        return other
+
+    def resting_below(self, speed: float) -> FitProblem:
+        """The same problem in which a motor slower than `speed`, rad/s, stands still as well."""
+        other = self.restricted(self.usable)
+        other.resting_speed = max(speed, self.resolution)
+        other.usable = self.usable & other._usable(self.recording, 0.0)
         return other
 
     def restricted(self, usable: Bools) -> FitProblem:

@@ -68,7 +68,8 @@ def _stretches(problem: FitProblem) -> NDArray[np.int64]:
     motion, rate = problem.motion, problem.recording.sample_rate_hz
     around = ndimage.maximum_filter1d(np.abs(motion.acceleration), 2 * round(AROUND_S * rate) + 1)
     rounded = ROUNDING * around / (2.0 * np.pi * DRIVE_MARGIN * problem.band_hz)
-    still = np.abs(motion.velocity) < np.maximum(STANDSTILL * problem.resolution, rounded)
+    resting = max(STANDSTILL * problem.resolution, problem.resting_speed)
+    still = np.abs(motion.velocity) < np.maximum(resting, rounded)
     return np.flatnonzero(np.diff(np.concatenate(([0], still.astype(np.int8), [0])))).reshape(-1, 2)
 
 
