@@ -180,7 +180,7 @@ def _simulated(
     if sensors != "motor+link" and not options.rigid:
         rigid = rigid_notice(
             recording, result.fit.relative_error_percent, open_spring=spring_is_open(estimate),
-            prismatic=prismatic, band_hz=problem.band_hz,
+            prismatic=prismatic, band_hz=problem.band_hz, resting_speed=estimate.problem.resting_speed,
         )  # fmt: skip
     if rigid is not None and may_be_rigid(options, sensors):
         said = replace(rigid, code=Code.TAKEN_AS_RIGID, texts={"case": "as_well"})

@@ -52,10 +52,11 @@ def spring_is_open(estimate: Estimate) -> bool:
 
 
 def rigid_left_percent(
-    recording: Recording, *, prismatic: bool, band_hz: float | None = None, enough: float = 0.0
-) -> float | None:
-    """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is, in the band of that; None
-    where it cannot be.
+    recording: Recording, *, prismatic: bool, band_hz: float | None = None, resting_speed: float = 0.0,
+    enough: float = 0.0,
+) -> float | None:  # fmt: skip
+    """How much of the torque a rigid joint leaves, percent, fitted as one with a spring is, in the band of that and
+    while the motor is faster than `resting_speed`, rad/s; None where it cannot be.
 
     A first fit is all where that leaves more than `enough` and half as much again.
     """
@@ -64,6 +65,7 @@ def rigid_left_percent(
             problem = fit_problem(recording, sensors="motor", rigid=True)
         else:
             problem = FitProblem(recording, sensors="motor", rigid=True, band_hz=band_hz)
+        problem = problem.resting_below(resting_speed)
         keys, priors = rigid_keys(problem, gravity=not prismatic), model_priors(problem)
         start = rough_values(problem, keys, started_values(problem, keys), priors)
         if (left := _left_percent(problem, start)) > SURELY_RIGID * enough > 0.0:
@@ -85,15 +87,18 @@ def rigid_notice(
     open_spring: bool,
     prismatic: bool,
     band_hz: float | None = None,
+    resting_speed: float = 0.0,
 ) -> Notice | None:
-    """That a rigid joint does as well as one with a spring, which leaves `sprung_percent` of the torque and is not
-    determined where it is `open_spring`; None where the spring has earned its place.
+    """That a rigid joint does as well as one with a spring, which leaves `sprung_percent` of the torque of the same
+    samples and is not determined where it is `open_spring`; None where the spring has earned its place.
 
     It has not where it leaves as much of the torque, or where it is not determined and a rigid joint leaves little. Of
     a motor alone only: with the link's position a spring can be measured that the torque does not show.
     """
     enough = max(min(RIGID_MARGIN * sprung_percent, MOST_RIGID), GOOD_RIGID if open_spring else 0.0)
-    left = rigid_left_percent(recording, prismatic=prismatic, band_hz=band_hz, enough=enough)
+    left = rigid_left_percent(
+        recording, prismatic=prismatic, band_hz=band_hz, resting_speed=resting_speed, enough=enough
+    )
     if left is None:
         return None
     undetermined = open_spring and left < GOOD_RIGID

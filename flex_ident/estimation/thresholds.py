@@ -53,7 +53,7 @@ CREEPING = 10.0
 """Speed, over that at which dry friction turns over, up to which the motor is held: tanh(5) is one to four digits."""
 TURNS_OVER = 1.0
 """Samples that friction's turning over may take for what creeps to be standstill."""
-LEAST_MOVING, HARDLY_CREEPS = 0.5, 0.995
+LEAST_MOVING, HARDLY_CREEPS = 0.5, 0.97
 """Share of the usable samples that must be left without what creeps, and from which it is not worth a fit."""
 STILL = 0.05
 """Standard deviations by which a round that takes the noise anew may move the parameters for the last: a tenth is

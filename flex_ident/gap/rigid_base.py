@@ -38,6 +38,6 @@ def rigid_as_well(recording: Recording, estimate: Estimate, options: GapOptions)
     percent = 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
     notice = rigid_notice(
         recording, percent, open_spring=spring_is_open(estimate), prismatic=options.prismatic,
-        band_hz=problem.band_hz,
+        band_hz=problem.band_hz, resting_speed=problem.resting_speed,
     )  # fmt: skip
     return None if notice is None else replace(notice, code=Code.TAKEN_AS_RIGID, texts={"case": "as_well"})
