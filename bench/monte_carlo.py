@@ -21,6 +21,7 @@ from flex_ident.errors import FlexIdentError
 from flex_ident.estimation.estimate import estimated, fit_problem, started_values
 from flex_ident.estimation.identification import better_start, identification_of
 from flex_ident.parameters import FLEXIBLE_KEYS, JointModel
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 from flex_ident.report.table import text_table
 from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
@@ -60,8 +61,8 @@ def draw(
     starts = [started_values(problem, FLEXIBLE_KEYS)] if not alone else []
     if guess != 1.0:
         off = {k: guess ** (1 if i % 2 else -1) for i, k in enumerate(KEYS)}
-        starts.append({k: model.value(k) * off.get(k, 1.0) for k in FLEXIBLE_KEYS})
-    start = better_start(problem, *({k: s.get(k, 0.0) for k in FLEXIBLE_KEYS} for s in starts))
+        starts.append(Values({k: model.value(k) * off.get(k, 1.0) for k in FLEXIBLE_KEYS}))
+    start = better_start(problem, *(Values(dict.fromkeys(FLEXIBLE_KEYS, 0.0)) | s for s in starts))
     estimate = estimated(problem, FLEXIBLE_KEYS, start)
     result = identification_of(recording, estimate, sensors=sensors, method="auto")  # type: ignore[arg-type]
     fit = estimate.fit

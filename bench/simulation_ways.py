@@ -39,6 +39,7 @@ from flex_ident.likelihood.fit import SimulationFit
 from flex_ident.likelihood.nuisances import measurement_priors
 from flex_ident.likelihood.problem import DRIVE_MARGIN, FitProblem, terms_of
 from flex_ident.parameters import JointModel
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 from flex_ident.simulation.batch import LANES, simulated_links
 from flex_ident.simulation.kernel import simulated_link
@@ -113,7 +114,7 @@ class ForwardProblem(FitProblem):
         self.drive: tuple[object, ...] = ()
         self.chain: tuple[str, ...] = ()
 
-    def simulated(self, values: Mapping[str, float]) -> tuple[Floats, Floats]:
+    def simulated(self, values: Values) -> tuple[Floats, Floats]:
         """Motor position, rad, and torque, N m (n,)."""
         p = np.array([values[k] * (GRAVITY if k in ("MX", "MY") else 1.0) for k in PARAMETERS])
         position, torque = np.empty((2, self.recording.time.size))
@@ -121,12 +122,10 @@ class ForwardProblem(FitProblem):
         two_masses(p, *self.drive, first, rate, self.step, position, torque)
         return position, torque
 
-    def sensitivities(
-        self, values: Mapping[str, float], keys: Sequence[str], steps: Mapping[str, float]
-    ) -> tuple[Floats, ...]:
+    def sensitivities(self, values: Values, keys: Sequence[str], steps: Mapping[str, float]) -> tuple[Floats, ...]:
         """Forward differences, (m, len(keys)) a channel."""
         rest = self.residuals(values)
-        moved = [self.residuals({**values, k: values[k] + steps[k]}) for k in keys]
+        moved = [self.residuals(values | {k: values[k] + steps[k]}) for k in keys]
         size = np.array([steps[k] for k in keys])
         return tuple(np.column_stack([t[i] - here for t in moved]) / size for i, here in enumerate(rest))
 
@@ -142,7 +141,7 @@ class TorqueDriven(ForwardProblem):
         self.chain = ("torque_delay", "torque_averaging")
         self._fed: list[float] = []
 
-    def simulated(self, values: Mapping[str, float]) -> tuple[Floats, Floats]:
+    def simulated(self, values: Values) -> tuple[Floats, Floats]:
         """Motor position, rad, and torque, N m (n,), fed the recorded torque with delay and averaging undone."""
         delay, averaging = fed = [values.get(k, 0.0) for k in self.chain]
         if fed != self._fed:
@@ -153,7 +152,7 @@ class TorqueDriven(ForwardProblem):
             self.given = np.pad(feed, SUBSTEPS // 2, mode="edge").reshape(-1, SUBSTEPS).mean(axis=1)
         return super().simulated(values)
 
-    def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+    def residuals(self, values: Values) -> tuple[Floats, ...]:
         """Torque that the feedback adds (m,), N m."""
         return (self.reduced(self.simulated(values)[1] - self.given),)
 
@@ -205,7 +204,7 @@ class ReferenceDriven(ForwardProblem):
         solution = np.linalg.lstsq(matrix / scale, target, rcond=1e-12)[0] / scale
         return float(np.std(target - matrix @ solution)), np.pad(solution, (0, 5 - solution.size))
 
-    def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+    def residuals(self, values: Values) -> tuple[Floats, ...]:
         """Torque (m,), N m, and motor position (m,), rad."""
         position, torque = self.simulated(values)
         return self.torque - self.reduced(torque), self.position - self.reduced(position)
@@ -217,7 +216,7 @@ def cpu_time(function: Callable[[], object]) -> float:
     return min(timeit.repeat(function, timer=time.process_time, number=1, repeat=REPEATS))
 
 
-def drawn(make: Callable[[], FitProblem], start: dict[str, float], model: JointModel, label: str) -> list[float] | None:
+def drawn(make: Callable[[], FitProblem], start: Values, model: JointModel, label: str) -> list[float] | None:
     """Of one fit: errors of Jm, K and JL in percent, s a simulation, steps of one, s a fit. None: it failed."""
     try:
         problem = make()
@@ -244,7 +243,7 @@ def drawn(make: Callable[[], FitProblem], start: dict[str, float], model: JointM
     return [*errors, simulation_s, (problem.recording.time.size - 1.0) * substeps, fit_s]
 
 
-def speeds(problem: FitProblem, values: Mapping[str, float]) -> tuple[float, float]:
+def speeds(problem: FitProblem, values: Values) -> tuple[float, float]:
     """Plant steps a second of one link alone, and of a batch."""
     terms, motion = terms_of(values, rigid=False), problem.motion
     base, rate, step, n = motion.fine_position, motion.fine_velocity, motion.step, motion.fine_position.size // 2 + 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,8 @@ from flex_ident.effects import CATALOGUE, Effect, EffectParameter
 from flex_ident.gap.curves import curve_candidates
 from flex_ident.gap.where import variables
 from flex_ident.likelihood.problem import FitProblem
-from flex_ident.parameters.keys import flat_keys, key_text
+from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
 from flex_ident.screening.candidates import candidates
@@ -87,14 +87,14 @@ def write_effects_page(folder: Path) -> list[Path]:
     return [page, *paths]
 
 
-def _clean_problem() -> tuple[FitProblem, dict[str, float]]:
+def _clean_problem() -> tuple[FitProblem, Values]:
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=30.0, sample_rate_hz=500.0), PERFECT)
-    base = {k: v for k, v in COBOT_JOINT.parameters.items() if k not in ("MX", "MY")}
+    base = Values(COBOT_JOINT.parameters).without(("MX", "MY"))
     return FitProblem(recording, sensors="motor+link", band_hz=BAND_HZ), base
 
 
-def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> bytes:
-    change = problem.residuals({**base, **_example(effect, problem, base)})[0] - problem.residuals(base)[0]
+def _picture(effect: Effect, problem: FitProblem, base: Values) -> bytes:
+    change = problem.residuals(base | _example(effect, problem, base))[0] - problem.residuals(base)[0]
     known = {v.name: v for v in variables(problem, base)}
     rows = problem.usable
     with styled_figure(6.4, 2.5) as figure:
@@ -113,7 +113,7 @@ def _picture(effect: Effect, problem: FitProblem, base: dict[str, float]) -> byt
         return png_bytes(figure)
 
 
-def _example(effect: Effect, problem: FitProblem, base: dict[str, float]) -> Mapping[str, float]:
+def _example(effect: Effect, problem: FitProblem, base: Values) -> Values:
     """The effect at a size that shows; one that is a table with a hump in it."""
     if effect.curve is None:
         tries = [c for c in candidates(problem, base, effects=(effect.name,)) if not c.side]
@@ -121,7 +121,7 @@ def _example(effect: Effect, problem: FitProblem, base: dict[str, float]) -> Map
     *_, curve = curve_candidates(effect, problem, base)
     at, _ = effect.curve.table_in(dict(curve.probe.columns[0]))
     hump = HUMP * np.exp(-(((at - 0.4 * at[-1]) / (0.2 * np.ptp(at))) ** 2))
-    return flat_keys(effect.name, effect.curve.parameters_of(at, hump))
+    return Values.of_effect(effect.name, effect.curve.parameters_of(at, hump))
 
 
 def _binned(x: Floats, y: Floats, bins: int = 60) -> tuple[Floats, Floats]:

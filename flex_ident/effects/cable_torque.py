@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import GRAVITY, Term
 
 CONSTANTS = ("offset", "torque_offset.offset")
@@ -26,12 +27,12 @@ def _probes(scales: Scales) -> Iterator[Probe]:
         yield Probe(columns, names, one_sided=False, smooth=True)
 
 
-def _unseen(model: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
+def _unseen(model: Values) -> tuple[Mapping[str, float], ...]:
     """All of it, or beside a spring in the model the constant that may as well be on the motor: it bends the joint, and
     turns gravity."""
-    if any(key.startswith("cable_torque.") for key in model):
+    if "cable_torque" in model.effects:
         constant = max((abs(model[key]) for key in CONSTANTS if key in model), default=0.0)
-        return () if "cable_torque.torque" in model or constant == 0.0 else ({"torque": constant},)
+        return () if "torque" in model.effects["cable_torque"] or constant == 0.0 else ({"torque": constant},)
     weight = GRAVITY * math.hypot(model.get("MX", 0.0), model.get("MY", 0.0))
     if weight == 0.0:
         return ()

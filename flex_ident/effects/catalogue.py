@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from flex_ident.effects.backlash import BACKLASH
 from flex_ident.effects.cable_torque import CABLE_TORQUE
@@ -33,7 +32,8 @@ from flex_ident.effects.torque_ripple import TORQUE_RIPPLE
 from flex_ident.effects.viscous_asymmetry import VISCOUS_ASYMMETRY
 from flex_ident.effects.viscous_nonlinearity import VISCOUS_NONLINEARITY
 from flex_ident.errors import ConfigurationError
-from flex_ident.parameters.keys import key_parts, key_text
+from flex_ident.parameters.keys import effect_in, key_parts, key_text
+from flex_ident.parameters.values import Values
 
 CATALOGUE: dict[str, Effect] = {
     effect.name: effect
@@ -77,24 +77,24 @@ def effect_named(name: str) -> Effect:
 
 
 def parameter_named(key: str) -> EffectParameter:
-    """The parameter of a flat key, `effect.name`. Raises ConfigurationError on an effect, KeyError on a parameter."""
+    """The parameter of an effect's key. Raises ConfigurationError on an effect, KeyError on a parameter."""
     effect, name = key_parts(key)
     return effect_named(effect or key).parameter(name)
 
 
 def is_fixed(key: str) -> bool:
-    """Whether a flat key is given and never fitted. Raises ConfigurationError on an effect, KeyError on a parameter."""
-    return key_parts(key)[0] is not None and parameter_named(key).fixed
+    """Whether a key is given and never fitted. Raises ConfigurationError on an effect, KeyError on a parameter."""
+    return effect_in(key) is not None and parameter_named(key).fixed
 
 
 def told_key(key: str) -> str:
-    """A flat key as people are told of it: of an effect that is a table, the effect's name instead of each point's."""
-    effect = CATALOGUE.get(key_parts(key)[0] or "")
+    """A key as people are told of it: of an effect that is a table, the effect's name instead of each point's."""
+    effect = CATALOGUE.get(effect_in(key) or "")
     return key if effect is None or effect.curve is None else effect.name
 
 
-def trade_error(key: str, values: Mapping[str, float]) -> float:
-    """Standard deviation of a flat key, as effects among the flat `values` and base keys stand in for each other."""
+def trade_error(key: str, values: Values) -> float:
+    """Standard deviation of a key, as effects among the `values` and base keys stand in for each other."""
     errors = []
     for effect in CATALOGUE.values():
         own = [key_text(effect.name, p.name) for p in effect.parameters]

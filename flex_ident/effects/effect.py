@@ -12,6 +12,7 @@ from flex_ident.effects.curve import Curve
 from flex_ident.effects.probe import Probe, Scales
 from flex_ident.effects.starting import Scans, Start
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -99,10 +100,10 @@ class Effect:
     """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
     priors: Callable[[Floats], Mapping[str, Prior]] | None = None
     """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
-    unseen: Callable[[Mapping[str, float]], tuple[Mapping[str, float], ...]] | None = None
-    """What of it may be in any joint, from the model's own flat values: alternatives of its parameters that are not in
+    unseen: Callable[[Values], tuple[Mapping[str, float], ...]] | None = None
+    """What of it may be in any joint, from the model's own values: alternatives of its parameters that are not in
     the model, at one standard deviation each. The intervals hold it as far as the recording does not rule it out."""
-    reach: Callable[[Mapping[str, float], Mapping[str, float]], str] | None = None
+    reach: Callable[[Mapping[str, float], Values], str] | None = None
     """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
     curve: Curve | None = None
     """The effect is no law but a table that is measured: for what no law of the catalogue closes."""

@@ -26,7 +26,7 @@ def _start(scans: Scans) -> Start | None:
     if damping <= 0.0:
         return None
     friction = {k: max(v - damping, LEAST_FRICTION * v) for k, v in values.items() if k == "FV"}
-    return Start({**values, **friction, "link_skew": 0.0}, {"damping": damping})
+    return Start(values | friction | {"link_skew": 0.0}, {"damping": damping})
 
 
 JOINT_DAMPING = Effect(

@@ -10,6 +10,7 @@ import numpy as np
 from flex_ident.effects.effect import FINE, Effect
 from flex_ident.effects.harmonics import harmonics
 from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import FRICTION_WAVES, HARMONICS
 
 PERIODS = np.concatenate((np.geomspace(0.4, 2.0, 6), np.arange(2.4, 10.0, 0.45)))
@@ -26,7 +27,7 @@ def _probes(scales: Scales) -> Iterator[Probe]:
         yield Probe((sine, {**sine, "phase": 0.5 * math.pi}), ("amplitude",), one_sided=False, smooth=True, phased=True)
 
 
-def _reach(own: Mapping[str, float], model: Mapping[str, float]) -> str:
+def _reach(own: Mapping[str, float], model: Values) -> str:
     dry = model.get("FSm", model.get("FS", 0.0))
     largest = max(own.get(f"amplitude{n}", 0.0) for n in HARMONICS)
     if largest <= MOST * dry:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 SMOOTH_PROBE = 1e-3
@@ -46,8 +47,8 @@ class Scales:
     """Its magnitude (n,), N m."""
     sides: tuple[str, ...]
     """Suffixes of parameters that exist on the motor's and on the link's side."""
-    model: Mapping[str, float]
-    """The model's own values, flat."""
+    model: Values
+    """The model's own values."""
     missing_moments: tuple[str, ...]
     """First moments that the model lacks and the joint may have."""
     link_mode: Callable[[], tuple[float, float] | None]
@@ -68,7 +69,7 @@ class Probe:
     """Only positive sizes exist."""
     smooth: bool = False
     """The prediction changes in proportion to the size: the probe is small and says by how much it must grow."""
-    base: Mapping[str, float] = field(default_factory=dict)
+    base: Values = field(default_factory=Values)
     """Values of the model's own keys from which a fit with this probe had better start."""
     raced: bool = False
     """Where the effect's refit races from several shapes: whether this is one of them."""
@@ -96,7 +97,7 @@ class Probe:
 
 def at_size(parameters: Mapping[str, float], *, scaled: tuple[str, ...] = (), **base: float) -> Probe:
     """An effect that changes its shape as it grows: tried at the size that it may have. All is scaled by default."""
-    return Probe((parameters,), scaled or tuple(parameters), base=base)
+    return Probe((parameters,), scaled or tuple(parameters), base=Values(base))
 
 
 def in_proportion(name: str, unit: float, *, one_sided: bool = False) -> Probe:

@@ -10,6 +10,7 @@ from flex_ident.effects.effect import EXACT, FINE, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.effects.starting import Scans, Start, far_off
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -35,7 +36,8 @@ def _start(scans: Scans) -> Start | None:
     clipped = np.column_stack([scans.reduced(np.clip(recorded, -x, x)) for x in limits])
     sizes = np.linalg.norm(clipped, axis=0)  # a lower limit leaves less torque, and less error for that reason alone
     which, model = scans.scanned(clipped / sizes)
-    return Start({k: v * float(sizes[which]) for k, v in model.items()}, {"limit": float(limits[which])})
+    scaled = Values({k: v * float(sizes[which]) for k, v in model.items()})
+    return Start(scaled, {"limit": float(limits[which])})
 
 
 def _priors(asked: Floats) -> dict[str, Prior]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from flex_ident.effects.probe import Scales
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
@@ -21,9 +22,9 @@ Shape = Callable[[float], Mapping[Term, float]]
 
 @dataclass(frozen=True)
 class Start:
-    """Where a fit with the effect may start: `model` by flat key, what it leaves out at zero, and `effect` by name."""
+    """Where a fit with the effect may start: `model`, what it leaves out at zero, and `effect` by name."""
 
-    model: Mapping[str, float]
+    model: Values
     effect: Mapping[str, float]
 
 
@@ -31,7 +32,7 @@ class Scans(Protocol):
     """What an effect may ask of the estimation: the fit without it, and searches that need no start."""
 
     @property
-    def values(self) -> Mapping[str, float]:
+    def values(self) -> Values:
         """The model's own keys, as fitted without the effect."""
 
     @property
@@ -57,18 +58,16 @@ class Scans(Protocol):
     def reduced(self, signal: Floats, *, delay: float = 0.0) -> Floats:
         """A signal (n,), `delay` s later, filtered and decimated, where it is compared (r,)."""
 
-    def scanned(self, torques: Floats) -> tuple[int, dict[str, float]]:
+    def scanned(self, torques: Floats) -> tuple[int, Values]:
         """Which of the torques (r, d) a joint with a linear spring explains best, and the model's keys with it.
 
         Raises ExcitationError where it explains none.
         """
 
-    def scanned_springs(self, shapes: Sequence[Shape]) -> tuple[int, dict[str, float]]:
+    def scanned_springs(self, shapes: Sequence[Shape]) -> tuple[int, Values]:
         """Which of the springs explains the recorded torque best, likewise. Raises ExcitationError."""
 
-    def measured_spring(
-        self, law: Callable[[Floats, float], Floats], shares: Floats
-    ) -> tuple[float, dict[str, float]] | None:
+    def measured_spring(self, law: Callable[[Floats, float], Floats], shares: Floats) -> tuple[float, Values] | None:
         """Size of what `law(deflection, size)` describes, rad, and the model's keys; from both positions as measured.
 
         `law` gives the spring's torque over its stiffness; `shares` are sizes tried first, over the range of

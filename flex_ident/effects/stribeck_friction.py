@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import Term
 
 
@@ -20,7 +21,7 @@ LARGEST_SHARE = 3.0
 """Peak over the dry friction that it rises from: break-away is up to a few times the friction in motion."""
 
 
-def _reach(own: Mapping[str, float], model: Mapping[str, float]) -> str:
+def _reach(own: Mapping[str, float], model: Values) -> str:
     dry = sum(abs(model.get(k, 0.0)) for k in ("FSm", "FS"))
     peak = max(own["amplitude"], own["amplitude_link"])
     if peak <= LARGEST_SHARE * dry:

@@ -27,6 +27,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.reversals import dry_friction
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.whitening import Whitening
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 Progress = Callable[[float], None]
@@ -48,7 +49,7 @@ AGAIN_ROUNDS, AGAIN_ITERATIONS, AGAIN_TOLERANCE = 2, 8, 1e-3
 def base_fit(
     problem: FitProblem,
     keys: Sequence[str],
-    start: Mapping[str, float],
+    start: Values,
     priors: Mapping[str, Prior],
     *,
     progress: Progress | None = None,
@@ -75,7 +76,7 @@ def base_fit(
     return tried_again(solver, fit)
 
 
-def without_creeping(problem: FitProblem, values: Mapping[str, float]) -> FitProblem:
+def without_creeping(problem: FitProblem, values: Values) -> FitProblem:
     """The problem without what is faster than the encoder resolves and yet no motion: friction that holds the motor
     lets it creep, and turns over in less time than a sample takes. The same problem where there is little of that.
     """
@@ -91,7 +92,7 @@ def without_creeping(problem: FitProblem, values: Mapping[str, float]) -> FitPro
 def refined(
     problem: FitProblem,
     keys: Sequence[str],
-    values: Mapping[str, float],
+    values: Values,
     priors: Mapping[str, Prior],
     *,
     step: Callable[[], None] = lambda: None,
@@ -118,7 +119,7 @@ def tried_again(solver: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
     Each is weighted by the noise that it sees itself: the other must win under the weights of both.
     """
     priors = solver.priors
-    again: Mapping[str, float] = {**fit.values, **{k: p.start for k, p in priors.items() if k not in NOT_PUT_BACK}}
+    again = fit.values | {k: p.start for k, p in priors.items() if k not in NOT_PUT_BACK}
     try:
         for _ in range(AGAIN_ROUNDS):
             weights = solver.whitenings(again)
@@ -138,7 +139,7 @@ def tried_again(solver: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
     return (own, found) if all(wins) else (solver, fit)
 
 
-def _cost(solver: SteadyFit, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> float:
+def _cost(solver: SteadyFit, values: Values, whitenings: tuple[Whitening, ...]) -> float:
     """Half the sum of squares at these values under these weights, with what is known of the nuisances."""
     rest = solver.whitened_residual(values, whitenings)
     known = [(values[k] - p.mean) / p.std for k, p in solver.priors.items() if k in values]
@@ -148,16 +149,16 @@ def _cost(solver: SteadyFit, values: Mapping[str, float], whitenings: tuple[Whit
 def rough_values(
     problem: FitProblem,
     keys: Sequence[str],
-    start: Mapping[str, float],
+    start: Values,
     priors: Mapping[str, Prior],
     *,
     step: Callable[[], None] = lambda: None,
-) -> Mapping[str, float]:
+) -> Values:
     """The fit over `keys` and the nuisances that any model can tell, weighted by all that is left; `step` is called
     after each round. Raises ExcitationError."""
     rough = SimulationFit(problem, priors=priors)
     few = tuple(dict.fromkeys((*keys, *(k for k in priors if k not in LATER))))
-    values: Mapping[str, float] = {**{k: p.start for k, p in priors.items()}, **start}
+    values = Values({k: p.start for k, p in priors.items()}) | start
     for iterations, tolerance in FIRST_ROUNDS:
         _refuse_runaway(problem, values)
         values = rough.solve(
@@ -167,7 +168,7 @@ def rough_values(
     return values
 
 
-def settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[str, Prior]) -> Mapping[str, float]:
+def settled(problem: FitProblem, values: Values, priors: Mapping[str, Prior]) -> Values:
     """The values with the link's state at the start from the first seconds alone, where it is in doubt there.
 
     Of a model that is nearly right. Stretches that it leaves badly weigh little: the first would never be mended.
@@ -183,23 +184,22 @@ def settled(problem: FitProblem, values: Mapping[str, float], priors: Mapping[st
     scale = np.array([priors[k].std for k in keys])
 
     def residual(x: Floats) -> Floats:
-        moved = {**values, **dict(zip(keys, map(float, x * scale), strict=True))}
-        return np.nan_to_num(problem.residuals(moved)[0][rows], nan=1e6)
+        return np.nan_to_num(problem.residuals(values.with_vector(keys, x * scale))[0][rows], nan=1e6)
 
     def jacobian(x: Floats) -> Floats:
         here = residual(x)
         return np.column_stack([(residual(x + STATE_STEP * e) - here) / STATE_STEP for e in np.eye(len(keys))])
 
     lower, upper = (np.array([getattr(priors[k], side) for k in keys]) / scale for side in ("lower", "upper"))
-    here = np.array([values.get(k, 0.0) for k in keys]) / scale
+    here = values.vector(keys) / scale
     ends = [
         bounded_minimum(residual, jacobian, x, lower, upper, iterations=STATE_ITERATIONS, tolerance=1e-3)[0]
         for x in (here, np.zeros(len(keys)))
     ]
     found = min(ends, key=lambda x: float(np.sum(residual(x) ** 2)))
-    return {**values, **dict(zip(keys, map(float, found * scale), strict=True))}
+    return values.with_vector(keys, found * scale)
 
 
-def _refuse_runaway(problem: FitProblem, values: Mapping[str, float]) -> None:
+def _refuse_runaway(problem: FitProblem, values: Values) -> None:
     if not all(np.isfinite(r).all() for r in problem.residuals(values)):
         raise ExcitationError("no spring in the excited band explains the torque: the simulated link runs away.")

@@ -64,7 +64,7 @@ def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit |
     if values.get("FVm", 0.0) * speed + values.get("FSm", 0.0) > max(NO_FRICTION * link, NO_TORQUE * torque):
         return None
     keys = [k for k in fit.free if k in UNITS and k not in MOTOR_KEYS]
-    own, found = refitted(problem, solver, keys, {k: v for k, v in values.items() if k not in MOTOR_KEYS})
+    own, found = refitted(problem, solver, keys, values.without(MOTOR_KEYS))
     if gain_of(problem, own, fit, found).size < -AS_LIKELY:
         return None
     sizes = {"inertia_percent": 100.0 * inertia / values["JL"]}

@@ -36,6 +36,7 @@ from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.start import scanned_start
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.gravity import shows_gravity
 from flex_ident.screening.coupling import Coupling, coupling_of
@@ -57,7 +58,7 @@ class Estimate:
     uncertainty: Uncertainty
     validation: Bools
     """Where (m,) the fit `trained` did not look."""
-    trained: Mapping[str, float]
+    trained: Values
     left: Remainder
     suspects: tuple[Suspect, ...]
     plain: Uncertainty
@@ -93,19 +94,19 @@ def rigid_keys(problem: FitProblem, *, gravity: bool) -> tuple[str, ...]:
 
 def _rigid_columns(problem: FitProblem, keys: Sequence[str]) -> Floats:
     """What one unit of each key adds to the torque at the usable samples, (r, p)."""
-    return np.column_stack([problem.prediction({key: 1.0}).torque[problem.usable] for key in keys])
+    return np.column_stack([problem.prediction(Values({key: 1.0})).torque[problem.usable] for key in keys])
 
 
-def rigid_start(problem: FitProblem, keys: Sequence[str]) -> dict[str, float]:
+def rigid_start(problem: FitProblem, keys: Sequence[str]) -> Values:
     """Linear least squares of a rigid joint's base keys: the start of its fit."""
     columns = _rigid_columns(problem, keys)
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
     solution, *_ = np.linalg.lstsq(columns / scale, problem.torque[problem.usable], rcond=1e-8)
-    values = dict(zip(keys, map(float, solution / scale), strict=True))
+    values = Values().with_vector(keys, solution / scale)
     if values.get("J", 1.0) <= 0.0:
         raise ExcitationError(f"the inertia comes out negative: {REVERSED}")
-    return {k: max(v, 0.0) if k in ("FV", "FS") else v for k, v in values.items()}
+    return values | {k: max(v, 0.0) for k, v in values.items() if k in ("FV", "FS")}
 
 
 def fit_problem(
@@ -143,18 +144,18 @@ def fit_problem(
     return FitProblem(recording, sensors=sensors, rigid=rigid, band_hz=band, stiffest_hz=fastest)
 
 
-def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: float | None = None) -> dict[str, float]:
+def started_values(problem: FitProblem, keys: Sequence[str], *, first_mode_hz: float | None = None) -> Values:
     """Values of the base keys from which the fit converges; without Jm among them the effort is a joint sensor's."""
     if problem.rigid:
         return rigid_start(problem, [k for k in keys if k in RIGID_KEYS])
     start = scanned_start(problem, first_mode_hz=first_mode_hz, motor="Jm" in keys)
-    return {k: start.get(k, 0.0) for k in keys if k in FLEXIBLE_KEYS}
+    return Values({k: start.get(k, 0.0) for k in keys if k in FLEXIBLE_KEYS})
 
 
 def estimated(
     problem: FitProblem,
     base_keys: Sequence[str],
-    start: Mapping[str, float],
+    start: Values,
     *,
     priors: Mapping[str, Prior] | None = None,
     prismatic: bool = False,

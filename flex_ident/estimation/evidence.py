@@ -22,7 +22,7 @@ def torque_per_std(estimate: Estimate, key: str) -> float:
     step = max(abs(values[key]), std, 1e-9) * 1e-3
     rows = problem.usable
     here = problem.prediction(values).torque[rows]
-    there = problem.prediction({**values, key: values[key] + step}).torque[rows]
+    there = problem.prediction(values | {key: values[key] + step}).torque[rows]
     return float(np.sqrt(np.mean((there - here) ** 2))) / step * std
 
 

@@ -28,7 +28,7 @@ def unseen_shift(solver: SteadyFit, fit: Fit) -> Floats | None:
         return None
     if problem.terms(fit.values)[Term.SECOND_INERTIA] != 0.0:
         return None
-    moved = solver.whitened_residual({**fit.values, FAR_MODE: PROBE}, fit.whitenings) - fit.residual
+    moved = solver.whitened_residual(fit.values | {FAR_MODE: PROBE}, fit.whitenings) - fit.residual
     shift: Floats = (following_of(fit) @ moved) * UNSEEN_SHARE / PROBE
     return shift
 

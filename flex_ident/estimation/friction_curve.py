@@ -16,6 +16,7 @@ from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.friction_curve import FrictionCurve
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.curves import bend
 from flex_ident.simulation.terms import Term
@@ -57,9 +58,9 @@ def friction_curve(problem: FitProblem, fit: Fit, uncertainty: Uncertainty) -> F
     ]
     rows = np.flatnonzero(problem.usable)
     matrix = np.column_stack([problem.reduced(column, **chain)[rows] for column in columns])
-    plain = {k: v for k, v in fit.values.items() if k in TAKEN_OFF}
-    chained = {k: v for k, v in fit.values.items() if k in ("torque_delay", "torque_averaging", "effort_lag")}
-    target = (problem.measured_torque(fit.values) - problem.prediction({**plain, **chained}).torque)[rows]
+    plain = fit.values.only(TAKEN_OFF)
+    chained = fit.values.only(("torque_delay", "torque_averaging", "effort_lag"))
+    target = (problem.measured_torque(fit.values) - problem.prediction(plain | chained).torque)[rows]
     scale = np.linalg.norm(matrix, axis=0)
     if not (scale > 0.0).all():
         return None
@@ -68,7 +69,7 @@ def friction_curve(problem: FitProblem, fit: Fit, uncertainty: Uncertainty) -> F
     covariance = _covariance(problem, matrix, target - matrix @ values, rows)
     open_ = [k for k in TAKEN_OFF if k in uncertainty.free and np.isfinite(uncertainty.std(k))]
     if open_:
-        taken = np.column_stack([problem.prediction({k: 1.0, **chained}).torque[rows] for k in open_])
+        taken = np.column_stack([problem.prediction(Values({k: 1.0}) | chained).torque[rows] for k in open_])
         moved = inverse @ taken
         at = [uncertainty.free.index(k) for k in open_]
         covariance = covariance + moved @ uncertainty.covariance[np.ix_(at, at)] @ moved.T
@@ -100,8 +101,9 @@ def _covariance(problem: FitProblem, matrix: Floats, left: Floats, rows: NDArray
     """Covariance (p, p) of a least-squares solution whose residual `left` (r,) is correlated in time."""
     size = float(np.std(left)) or 1.0
     names = tuple(f"c{i}" for i in range(matrix.shape[1]))
+    unmoved = Values(dict.fromkeys(names, 0.0))
     whole = Fit(
-        names, dict.fromkeys(names, 0.0), matrix / size, left / size, (rows,), np.zeros((len(names), len(names))), (),
-        (), 0.5 * left.size,
+        names, unmoved, matrix / size, left / size, (rows,), np.zeros((len(names), len(names))), (), (),
+        0.5 * left.size,
     )  # fmt: skip
     return uncertainty_of(whole, problem.rate_hz).covariance

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +20,7 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import GRAVITY_KEYS, UNITS
 from flex_ident.parameters.effort_kinds import GRAVITY_COMPENSATED, GRAVITY_REMOVED, MOTOR
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import GRAVITY
 
 GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
@@ -78,21 +78,21 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
         if gain.size > FAR:
             return kind
         # An eccentric link encoder has passed for it: the other fit stays in the uncertainty.
-        other = np.array([fit.values.get(k, found.values[k]) - found.values[k] for k in found.free])
+        other = (found.values | fit.values).vector(found.free) - found.values.vector(found.free)
         size = len(found.free)
         return replace(kind, rival=other, open=np.zeros((size, size)))
-    rivals = [np.array([f.values[k] - fit.values[k] for k in fit.free]) for f in alike]
+    rivals = [f.values.vector(fit.free) - fit.values.vector(fit.free) for f in alike]
     moved = max(rivals, key=lambda r: abs(float(r[fit.free.index("K")])))
     both = [found.free.index(k) for k in fit.free]
     return replace(motor, rival=moved, open=known.covariance[np.ix_(both, both)])
 
 
-def _unlikely(values: Mapping[str, float], usual: float) -> float:
+def _unlikely(values: Values, usual: float) -> float:
     """Twice the negative log-likelihood, before any data, of first moments of which `usual`, kg m, is one deviation."""
     return sum((values.get(k, 0.0) / usual) ** 2 for k in GRAVITY_KEYS)
 
 
-def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit, usual: float) -> list[dict[str, float]]:
+def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit, usual: float) -> list[Values]:
     """Where fits of an effort without gravity start: the best of gravities of several sizes and directions, of which
     `usual` is one standard deviation.
 
@@ -101,7 +101,7 @@ def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit, usual: flo
     along which gravity is open, with K and JL following. Only what is of second order in k, or a link encoder, tells.
     """
     values, here = fit.values, float(np.mean(problem.motion.position))
-    many = [{**values, GRAVITY_REMOVED: 1.0}]
+    many = [values | {GRAVITY_REMOVED: 1.0}]
     for size in GRAVITY_SIZES:
         for angle in np.arange(GRAVITY_ANGLES) * 2.0 * math.pi / GRAVITY_ANGLES:
             moment = size * values["K"] / GRAVITY
@@ -110,7 +110,7 @@ def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit, usual: flo
             ratio = (stiffness + slope) / values["K"]
             own = {"K": stiffness, "MX": moment * math.cos(angle), "MY": moment * math.sin(angle), "offset": 0.0}
             own |= {k: ratio * values[k] for k in ("JL", "FV", "FS") if k in values}
-            many.append({**values, **own, GRAVITY_REMOVED: 1.0})
+            many.append(values | own | {GRAVITY_REMOVED: 1.0})
     rests = solver.whitened_residuals(many, fit.whitenings)
     costs = [
         float(r @ r) + _unlikely(v, usual) if np.isfinite(r).all() else math.inf

@@ -58,7 +58,7 @@ from flex_ident.parameters.effort_kinds import (
     MOTOR,
     MOTOR_KEYS,
 )  # fmt: skip
-from flex_ident.parameters.keys import effect_in
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 from flex_ident.recording.signs import refuse_unsigned
 from flex_ident.recording.stillness import refuse_held
@@ -200,7 +200,7 @@ def _simulated(
 
 def base_start(
     problem: FitProblem, options: IdentifyOptions, *, prismatic: bool = False
-) -> tuple[tuple[str, ...], dict[str, float]]:
+) -> tuple[tuple[str, ...], Values]:
     """Keys of the base model, the effects of a given model included, and the values from which its fit starts.
 
     Without the motor's keys where the effort is a joint sensor's, or only that is possible.
@@ -224,18 +224,17 @@ def base_start(
             raise
         start = sensed
     if kind == GRAVITY_COMPENSATED and not problem.rigid:
-        start = {**start, GRAVITY_REMOVED: 1.0}
+        start = start | {GRAVITY_REMOVED: 1.0}
     if options.model is None:
         return keys, start
     given = values_of(options.model)
-    effects = {k: v for k, v in given.items() if effect_in(k) is not None}
-    start = better_start(problem, {**dict.fromkeys(keys, 0.0), **given}, {**start, **effects})
+    start = better_start(problem, Values(dict.fromkeys(keys, 0.0)) | given, start | given.without(given.base))
     if kind == JOINT_SENSOR:
-        given = {k: v for k, v in given.items() if k not in MOTOR_KEYS}
+        given = given.without(MOTOR_KEYS)
     return tuple(dict.fromkeys((*keys, *(k for k in given if not is_fixed(k))))), start
 
 
-def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: float | None) -> dict[str, float] | None:
+def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: float | None) -> Values | None:
     """Where the fit of a joint sensor's torque starts, if that explains nearly all of it; else None."""
     try:
         start = started_values(problem, keys, first_mode_hz=first_mode_hz)
@@ -246,10 +245,10 @@ def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: floa
     return start if left < SENSOR_LEFT else None
 
 
-def better_start(problem: FitProblem, *starts: dict[str, float]) -> dict[str, float]:
+def better_start(problem: FitProblem, *starts: Values) -> Values:
     """The start that leaves least of the torque: a guess far off must not cost the result."""
 
-    def left(values: dict[str, float]) -> float:
+    def left(values: Values) -> float:
         residual = problem.residuals(values)[0][problem.usable]
         return float(residual @ residual) if np.isfinite(residual).all() else math.inf
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -13,11 +12,11 @@ from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.thresholds import DRY_REVERSAL_ERROR, FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters import Parameter
-from flex_ident.parameters.keys import by_effect
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
 
 
-def modes_hz(values: Mapping[str, float]) -> dict[str, float]:
+def modes_hz(values: Values) -> dict[str, float]:
     """Locked-motor and free resonance, Hz, of Jm, K and JL; without Jm the first only."""
     k, jm, jl = values["K"], values.get("Jm", 0.0), values["JL"]
     modes = {"locked_motor_hz": math.sqrt(k / jl) / (2.0 * math.pi)}
@@ -64,7 +63,7 @@ def reversal_error(estimate: Estimate, key: str) -> float:
 
 def beside_its_like(estimate: Estimate) -> bool:
     """Whether a model holds an effect that another of the same kind may be beside: then the intervals hold that one."""
-    return any(CATALOGUE[name].unseen is not None for name in by_effect(estimate.fit.values)[1])
+    return any(CATALOGUE[name].unseen is not None for name in estimate.fit.values.effects)
 
 
 def identified_parameter(estimate: Estimate, key: str) -> Parameter:

@@ -25,6 +25,7 @@ from flex_ident.parameters.effort_kinds import (
     REVERSAL_KEYS,
     EffortKind,
 )  # fmt: skip
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY
 
@@ -108,7 +109,7 @@ def refitted(
     problem: FitProblem,
     solver: SteadyFit,
     keys: Sequence[str],
-    start: Mapping[str, float],
+    start: Values,
     *,
     rough: bool = False,
     moments: Mapping[str, Prior] | None = None,
@@ -117,22 +118,22 @@ def refitted(
     beforehand. Raises ExcitationError."""
     priors = {**kept_priors(solver.priors, keys), **(moments or {})}
     keys = [k for k in keys if k not in priors]
-    values = {k: v for k, v in start.items() if k not in REVERSAL_KEYS or k in priors}
+    values = start.without([k for k in REVERSAL_KEYS if k not in priors])
     own = SteadyFit(problem, priors=priors, marks=solver.marks, local=solver.local)
     if rough:
         first = SimulationFit(problem, priors=priors)
         few = (*keys, *(k for k in priors if k not in REVERSAL_KEYS))
         for iterations, tolerance in ROUGH_ROUNDS:
             found = first.solve(few, values, first.whitenings(values), iterations=iterations, tolerance=tolerance)
-            values = dict(found.values)
+            values = found.values
     fit: Fit | None = None
     for iterations, tolerance in ROUNDS:
         fit = own.solve((*keys, *priors), values, own.whitenings(values), iterations=iterations, tolerance=tolerance)
-        values = dict(fit.values)
+        values = fit.values
     assert fit is not None
     return own, fit
 
 
-def gravity_slope(values: Mapping[str, float], position: float) -> float:
+def gravity_slope(values: Values, position: float) -> float:
     """Gravity's stiffness at a position over g, kg m."""
     return values.get("MY", 0.0) * math.cos(position) - values.get("MX", 0.0) * math.sin(position)

@@ -25,6 +25,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import UNITS, Identification, JointModel, Parameter
 from flex_ident.parameters.effort_kinds import JOINT_SENSOR
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 
 NAMES = ("torque", "Jm", "FVm", "FSm", "offset", "late")
@@ -63,7 +64,7 @@ def with_motor_side(result: Identification, estimate: Estimate) -> Identificatio
     notices = tuple(n for n in result.notices if n.code is not Code.EFFORT_JOINT_SENSOR)
     return replace(
         result, parameters=parameters, measurement=(*result.measurement, found["torque_constant"]), model=model,
-        derived={**result.derived, **modes_hz(dict(model.parameters))}, notices=(said, *notices),
+        derived={**result.derived, **modes_hz(Values(model.parameters))}, notices=(said, *notices),
     )  # fmt: skip
 
 
@@ -79,7 +80,7 @@ def _regressed(estimate: Estimate, current: Floats) -> tuple[Floats, Floats, flo
     sensed = problem.reduced(recording.motor_torque, delay=-values.get("torque_delay", 0.0))[rows]
     plain = (motion.acceleration, motion.velocity, share, np.ones_like(share))
     moved = np.column_stack([problem.reduced(column) for column in plain])[rows]
-    explained = problem.prediction({**values, "torque_delay": 0.0}).torque[rows]
+    explained = problem.prediction(values | {"torque_delay": 0.0}).torque[rows]
     rate = np.gradient(current) * recording.sample_rate_hz
     late = 0.0
     for _ in range(LATE_STEPS):
@@ -95,7 +96,7 @@ def _regressed(estimate: Estimate, current: Floats) -> tuple[Floats, Floats, flo
     residual = target - np.column_stack([sensed, known]) @ solution
     size, moving = float(np.std(residual)) or 1.0, float(np.std(target)) or 1.0
     whole = Fit(
-        NAMES, dict(zip(NAMES, map(float, solution), strict=True)), matrix / size, residual / size, (rows,),
+        NAMES, Values().with_vector(NAMES, solution), matrix / size, residual / size, (rows,),
         np.zeros((len(NAMES), len(NAMES))), (), (), 0.5 * residual.size,
     )  # fmt: skip
     covariance, dry = uncertainty_of(whole, problem.rate_hz).covariance, NAMES.index("FSm")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +16,7 @@ from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import JointModel
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 
 
@@ -75,7 +75,7 @@ def rigid_left_percent(
         return None
 
 
-def _left_percent(problem: FitProblem, values: Mapping[str, float]) -> float:
+def _left_percent(problem: FitProblem, values: Values) -> float:
     left, whole = problem.residuals(values)[0][problem.usable], problem.torque[problem.usable]
     return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))
 

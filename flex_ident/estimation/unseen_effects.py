@@ -21,7 +21,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import GRAVITY_KEYS
-from flex_ident.parameters.keys import by_effect, flat_keys
+from flex_ident.parameters.values import Values
 from flex_ident.screening.scoring import following_of, whitened_change
 
 PROBE = 1e-3
@@ -30,10 +30,12 @@ PROBE = 1e-3
 
 def unseen_stds(solver: SteadyFit, fit: Fit) -> dict[str, float]:
     """What is open of each free key beside all else, one standard deviation; nothing where no such effect may be."""
-    sizes: list[Mapping[str, float]] = []
+    sizes: list[Values] = []
     for name, effect in CATALOGUE.items():
         if effect.unseen is not None and not (effect.needs_spring and solver.problem.rigid):
-            sizes += [flat_keys(name, {k: PROBE * v for k, v in one.items()}) for one in effect.unseen(fit.values)]
+            sizes += [
+                Values.of_effect(name, {k: PROBE * v for k, v in one.items()}) for one in effect.unseen(fit.values)
+            ]
     if not sizes:
         return {}
     columns = np.column_stack([whitened_change(solver, fit, one) for one in sizes]) / PROBE
@@ -55,7 +57,7 @@ def gravity_notice(unseen: Mapping[str, float], fit: Fit, known: Uncertainty) ->
     In the intervals instead, it made MX and MY of all clean recordings uncertain by a tenth.
     """
     moments = [k for k in GRAVITY_KEYS if fit.values.get(k, 0.0) != 0.0 and 0.0 < known.std(k) < math.inf]
-    if not moments or any(by_effect(fit.values)[1]):
+    if not moments or fit.values.effects:
         return None
     key = max(moments, key=lambda k: abs(fit.values[k]))
     moved, std = unseen.get(key, 0.0), known.std(key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from flex_ident.effects import CATALOGUE, Effect, is_fixed
 from flex_ident.estimation.base_fit import base_fit
@@ -19,6 +19,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
 from flex_ident.parameters.parameter import FAR_MODE
+from flex_ident.parameters.values import Values
 from flex_ident.screening.sketching import known_beforehand
 
 SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
@@ -38,7 +39,7 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
     )  # fmt: skip
     keys, start = base_start(problem, own, prismatic=options.prismatic)
     keys = tuple(k for k in keys if k not in options.without)
-    start = {k: v for k, v in start.items() if k in keys or _given(k)}
+    start = start.only([k for k in start if k in keys or _given(k)])
     solver, fit = base_fit(problem, keys, start, base_priors(problem, keys, options.effort_kind))
     problem = solver.problem
     kinds = resolved(problem, solver, fit, options.effort_kind)
@@ -49,7 +50,7 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
         return kinds, ()
     known = known_beforehand(kinds.solver)
     few = tuple(k for k in keys if not (constant and k == "offset"))
-    near = {k: v for k, v in fit.values.items() if k in few or _given(k)}
+    near = fit.values.only([k for k in fit.values if k in few or _given(k)])
     few = tuple(k for k in few if k not in known)
     priors = {**base_priors(problem, few, late_samples=1.0), **known}
     for key in (k for effect in stood_for for k in effect.shown_by):
@@ -77,7 +78,7 @@ def _shows_offset(problem: FitProblem, fit: Fit) -> bool:
     return abs(fit.values["offset"]) > CERTAIN * std > 0.0
 
 
-def _late(problem: FitProblem, values: Mapping[str, float]) -> bool:
+def _late(problem: FitProblem, values: Values) -> bool:
     late = max(abs(values.get("torque_delay", 0.0)), abs(values.get("link_skew", 0.0)))
     return late > problem.recording.sample_time
 
@@ -91,10 +92,10 @@ def search_start(problem: FitProblem, base: SteadyFit, fit: Fit) -> tuple[Steady
     priors = {**base_priors(problem, free, late_samples=1.0), **known_beforehand(base)}
     priors.pop(FAR_MODE, None)
     solver = SteadyFit(problem, priors=priors)
-    return solver, polished(solver, free, {k: v for k, v in fit.values.items() if k != FAR_MODE})
+    return solver, polished(solver, free, fit.values.without((FAR_MODE,)))
 
 
-def polished(solver: SteadyFit, keys: Sequence[str], values: Mapping[str, float]) -> Fit:
+def polished(solver: SteadyFit, keys: Sequence[str], values: Values) -> Fit:
     """The fit over `keys` from values near its optimum. Raises ExcitationError."""
     fit: Fit | None = None
     for iterations, tolerance in SEARCH_ROUNDS:

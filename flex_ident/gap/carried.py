@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -25,6 +25,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import key_parts
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import extended_solver, raced
@@ -39,16 +40,16 @@ TURNS = 4
 
 @dataclass(frozen=True)
 class Carried:
-    """An effect whose `values` (by flat key) come from elsewhere; those in `free` are only where a fit starts."""
+    """An effect whose `values` come from elsewhere; those in `free` are only where a fit starts."""
 
     effect: str
-    values: Mapping[str, float]
+    values: Values
     free: tuple[str, ...] = ()
 
     @property
     def candidate(self) -> Candidate:
         """The effect as the search would add it."""
-        return Candidate(self.effect, Probe(({key_parts(k)[1]: v for k, v in self.values.items()},), ()))
+        return Candidate(self.effect, Probe((self.values.effects.get(self.effect, {}),), ()))
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class CarriedOver:
 
 def carried_over(
     recording: Recording, options: GapOptions, own: Sequence[Carried], carried: Sequence[Carried], *,
-    starts: Sequence[Mapping[str, float]] = (), all_stay: bool = False,
+    starts: Sequence[Values] = (), all_stay: bool = False,
 ) -> CarriedOver:  # fmt: skip
     """Try effects on a recording, their values as they are given and the base model fitted to the recording.
 
@@ -132,18 +133,18 @@ def _gap(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool
     return gap_of(problem, trained_values(solver, fit, problem, held), held)
 
 
-def _with(solver: SteadyFit, fit: Fit, effect: Carried, starts: Sequence[Mapping[str, float]]) -> tuple[SteadyFit, Fit]:
+def _with(solver: SteadyFit, fit: Fit, effect: Carried, starts: Sequence[Values]) -> tuple[SteadyFit, Fit]:
     """The fit with one more effect, only its `free` keys fitted. Raises ExcitationError."""
     candidate = effect.candidate
     extended, keys = extended_solver(solver, fit.free, candidate)
     keys = tuple(k for k in keys if k not in effect.values or k in effect.free)
     zero = {candidate.replaces: 0.0} if candidate.replaces else {}
-    near = [fit.values, *({**fit.values, **{k: v for k, v in own.items() if k in keys}} for own in starts)]
-    tries = [{**own, **effect.values, **zero} for own in near]
+    near = [fit.values, *(fit.values | own.only(keys) for own in starts)]
+    tries = [own | effect.values | zero for own in near]
     angles = [k for k in effect.free if effect_named(effect.effect).parameter(key_parts(k)[1]).angle]
     if angles:
         turns = [2.0 * math.pi * i / TURNS for i in range(TURNS)]
-        tries = [{**own, **{k: own[k] + turn for k in angles}} for own in tries for turn in turns]
+        tries = [own | {k: own[k] + turn for k in angles} for own in tries for turn in turns]
     found = raced(extended, keys, tries, fit)
     for _ in range(ROUNDS):  # under the noise that it leaves itself, which may be far less than what was there before
         left = extended.problem.residuals(found.values)[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import STRUCTURE
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver
@@ -93,7 +94,7 @@ def _trials(search: Search, effect: Effect, solver: SteadyFit, base: Fit) -> tup
     trials = []
     for candidate in curve_candidates(effect, search.solver.problem, reduced.fit.values):
         extended, keys = extended_solver(reduced.solver, reduced.fit.free, candidate)
-        start = {**reduced.fit.values, **candidate.start((1.0,))}
+        start = reduced.fit.values | candidate.start((1.0,))
         try:
             after = descended(extended, keys, start, search.fit)
         except ExcitationError:
@@ -102,7 +103,7 @@ def _trials(search: Search, effect: Effect, solver: SteadyFit, base: Fit) -> tup
     return reduced, trials
 
 
-def curve_candidates(effect: Effect, problem: FitProblem, values: Mapping[str, float]) -> Iterator[Candidate]:
+def curve_candidates(effect: Effect, problem: FitProblem, values: Values) -> Iterator[Candidate]:
     """The effect's curve at no torque, through few points and through more."""
     curve = effect.curve
     if curve is None or (effect.needs_spring and problem.rigid):
@@ -118,7 +119,7 @@ def curve_candidates(effect: Effect, problem: FitProblem, values: Mapping[str, f
         yield Candidate(effect.name, Probe((parameters,), scaled, one_sided=False, smooth=True))
 
 
-def _points(curve: Curve, problem: FitProblem, values: Mapping[str, float], count: int) -> Floats:
+def _points(curve: Curve, problem: FitProblem, values: Values, count: int) -> Floats:
     """Where at most `count` points lie to each side of zero, or twice as many over the range."""
     if curve.each_direction:
         return points_to_both_sides(problem, problem.motion.velocity, count, problem.resolution)

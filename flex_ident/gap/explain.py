@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +37,7 @@ from flex_ident.likelihood.problem import FitProblem, values_of
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification, Sensors
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.screening.sketching import effects_in
@@ -224,7 +225,7 @@ def _as_given(problem: FitProblem, options: GapOptions, refitted: float, held: N
     """How far the model as it was given is from the measurement, before its parameters are identified again."""
     if options.model is None:
         return ()
-    given = gap_of(problem, {k: v for k, v in values_of(options.model).items() if k not in options.without}, held)
+    given = gap_of(problem, values_of(options.model).without(options.without), held)
     return (Notice(Code.MODEL_AS_GIVEN, numbers={"given": given, "refitted": refitted}, texts={"unit": "N m"}),)
 
 
@@ -245,7 +246,7 @@ def _refusal(effects: Sequence[str]) -> Notice:
     return Notice(Code.BASE_NOT_DETERMINED, texts={"effects": ", ".join(effects)})
 
 
-def _curves(problem: FitProblem, base: Mapping[str, float], final: Mapping[str, float]) -> GapCurves:
+def _curves(problem: FitProblem, base: Values, final: Values) -> GapCurves:
     return GapCurves(
         problem.time, problem.measured_torque(final), problem.prediction(base).torque,
         problem.prediction(final).torque, problem.usable.astype(float),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,8 +18,8 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import counted
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import FAR_MODE
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 
@@ -69,8 +67,8 @@ def _fails(candidate: Candidate, before: float, after: float, estimate: Estimate
         return f"with all that may be missing {best} is known to {stated:.1f} standard deviations only"
     effect = effect_named(candidate.effect)
     if effect.reach is not None:
-        own = {p.name: estimate.fit.values.get(key_text(effect.name, p.name), 0.0) for p in effect.parameters}
-        return effect.reach(own, estimate.fit.values)
+        there = estimate.fit.values.effects.get(effect.name, {})
+        return effect.reach({p.name: there.get(p.name, 0.0) for p in effect.parameters}, estimate.fit.values)
     return ""
 
 
@@ -85,16 +83,16 @@ def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitPro
     return estimate_of(solver, polished(solver, keys, values), prismatic=options.prismatic)
 
 
-def trained_values(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Mapping[str, float]:
+def trained_values(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> Values:
     """Values of the same keys, fitted without the validation part."""
     own = SteadyFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
     return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
 
 
-def _torque_residual(problem: FitProblem, values: Mapping[str, float]) -> Floats:
+def _torque_residual(problem: FitProblem, values: Values) -> Floats:
     return problem.residuals(values)[0]
 
 
-def gap_of(problem: FitProblem, values: Mapping[str, float], held: NDArray[np.bool_]) -> float:
+def gap_of(problem: FitProblem, values: Values, held: NDArray[np.bool_]) -> float:
     """Gap of the torque, N m rms, on the rows `held` (m,) as far as they count: not where the motor sticks."""
     return float(np.sqrt(np.mean(_torque_residual(problem, values)[counted(problem, held)] ** 2)))

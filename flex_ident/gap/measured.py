@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,8 @@ from flex_ident.effects.curve import TORQUE, Curve
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.gap.thresholds import CURVE_BEND
 from flex_ident.parameters.friction_curve import COVERED
-from flex_ident.parameters.keys import by_effect, key_text
+from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 SAME = 1e-3
@@ -72,12 +72,12 @@ def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
     if curve is None:
         return None
     values, rigid = estimate.fit.values, estimate.problem.rigid
-    own = by_effect(values)[1][effect]
+    own = values.effects[effect]
     at, torque = curve.table_in(own)
     where = _places(curve, at)
     shown = tuple(curve.shown_by(values, at, rigid=rigid))
     keys = [*(key_text(effect, f"{TORQUE}_{n}") for n in curve.points_in(own)), *shown]
-    size = np.array([values[k] for k in keys])
+    size = values.vector(keys)
 
     def columns(places: Floats) -> Floats:
         tables = [curve.law(at, unit, places) for unit in np.eye(at.size)]
@@ -103,7 +103,7 @@ def measured_curve(estimate: Estimate, effect: str) -> MeasuredCurve | None:
     )
 
 
-def _zero(curve: Curve, at: Floats, torque: Floats, values: Mapping[str, float]) -> float:
+def _zero(curve: Curve, at: Floats, torque: Floats, values: Values) -> float:
     """Where the whole spring has no torque, rad: the encoders' zeros say nothing of it."""
     fine = np.linspace(at[0], at[-1], FINE)
     whole = values["K"] * fine + curve.law(at, torque, fine)

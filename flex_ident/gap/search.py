@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 from flex_ident.effects import effect_named
@@ -23,6 +23,7 @@ from flex_ident.gap.weighing import only_a_cause, weighed
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
 from flex_ident.screening.sketching import effects_in, raced_starts, sketched, starts_of
@@ -202,7 +203,7 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     """The search with an effect put in, whatever speaks against it. Raises DataError."""
     curves = list(curve_candidates(effect_named(name), search.solver.problem, search.fit.values))
     if curves and name not in effects_in(search.fit.free):
-        return _with_trial(search, curves[-1], [{**search.fit.values, **curves[-1].start((1.0,))}])
+        return _with_trial(search, curves[-1], [search.fit.values | curves[-1].start((1.0,))])
     tries = list(_candidates(search, (name,), options))
     found = scores(search.solver, search.fit, tries)
     if not found:
@@ -212,7 +213,7 @@ def _added_by_hand(search: Search, name: str, options: GapOptions) -> Search:
     return _with_trial(search, found[0].candidate, starts_of(search.solver, search.fit, found[0]))
 
 
-def _with_trial(search: Search, candidate: Candidate, starts: Sequence[Mapping[str, float]]) -> Search:
+def _with_trial(search: Search, candidate: Candidate, starts: Sequence[Values]) -> Search:
     trial = tried(search.solver, search.fit, candidate, starts, search.own_error())
     search.accepted.append(Accepted(trial, True, search.fit, ()))
     search.solver, search.fit = trial.solver, final_polish(trial.solver, trial.fit)

@@ -10,7 +10,7 @@ import numpy as np
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import Finding, GapExplanation
 from flex_ident.parameters import Identification, Parameter
-from flex_ident.parameters.keys import key_parts
+from flex_ident.parameters.keys import effect_in
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Proposal:
 
     def own(self, result: Identification) -> list[Parameter]:
         """Its parameters in a recording's final model."""
-        return [p for p in result.parameters if key_parts(p.key)[0] == self.effect and side_of(p.key) == self.side]
+        return [p for p in result.parameters if effect_in(p.key) == self.effect and side_of(p.key) == self.side]
 
     @property
     def times(self) -> int:

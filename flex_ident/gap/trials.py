@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.keys import effect_in
+from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver, raced
 
@@ -59,9 +60,7 @@ def excess_of(solver: SteadyFit, fit: Fit) -> float:
     return float(residual @ residual) / residual.size - 1.0
 
 
-def tried(
-    solver: SteadyFit, fit: Fit, candidate: Candidate, starts: Sequence[Mapping[str, float]], own_error: float
-) -> Trial:
+def tried(solver: SteadyFit, fit: Fit, candidate: Candidate, starts: Sequence[Values], own_error: float) -> Trial:
     """The candidate, refitted with everything else from the best of `starts`. Raises ExcitationError.
 
     `own_error` is what the model without it may be wrong by itself (`own_error_of`).
@@ -83,14 +82,14 @@ def compared(solver: SteadyFit, before: Fit, after: Fit, candidate: Candidate, o
     return Trial(candidate, solver, after, evidence, held, share, excess, objection)
 
 
-def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
+def _refitted(solver: SteadyFit, keys: tuple[str, ...], starts: Sequence[Values], fit: Fit) -> Fit:
     """The fit from the best start, after a short race among several: a narrow resonance has many minima."""
     if len(starts) == 1:
         return descended(solver, keys, starts[0], fit)
     return descended(solver, keys, raced(solver, keys, starts, fit).values, fit)
 
 
-def descended(solver: SteadyFit, keys: tuple[str, ...], start: Mapping[str, float], fit: Fit) -> Fit:
+def descended(solver: SteadyFit, keys: tuple[str, ...], start: Values, fit: Fit) -> Fit:
     """The fit from one start, under the noise of the fit without the candidate; on a long way with noise taken anew."""
     found = solver.solve(keys, start, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
     for _ in range(ROUNDS):
@@ -128,10 +127,10 @@ def without(solver: SteadyFit, fit: Fit, base: Sequence[str], kept: Sequence[Can
     return reduced.solve(keys, values, fit.whitenings, iterations=ITERATIONS, tolerance=1e-4)
 
 
-def values_with(values: Mapping[str, float], keys: Sequence[str]) -> dict[str, float]:
+def values_with(values: Values, keys: Sequence[str]) -> Values:
     """The values of the base, of the effects' `keys`, and where the points of their curves lie."""
     there = effects_in(keys)
-    return {k: v for k, v in values.items() if k in keys or effect_in(k) is None or _fixed_in(k, there)}
+    return values.only([k for k in values if k in keys or effect_in(k) is None or _fixed_in(k, there)])
 
 
 def _fixed_in(key: str, effects: Sequence[str]) -> bool:

@@ -67,9 +67,9 @@ def rebuilt(search: Search, order: Sequence[Accepted], solver: SteadyFit, base: 
     for a in order:
         candidate = a.trial.candidate
         known = (*base.free, *(k for b in again.accepted for k in b.trial.candidate.keys), *candidate.keys)
-        near = values_with({k: v for k, v in search.fit.values.items() if k in known or effect_in(k)}, known)
-        far = {**again.fit.values, **{k: v for k, v in near.items() if effect_in(k) == candidate.effect}}
-        starts = [{**again.fit.values, **near}, far]
+        near = values_with(search.fit.values, known).without([k for k in search.fit.values.base if k not in known])
+        far = again.fit.values | near.only([k for k in near if effect_in(k) == candidate.effect])
+        starts = [again.fit.values | near, far]
         trial = tried(again.solver, again.fit, candidate, starts, again.own_error())
         again.accepted.append(Accepted(trial, a.by_hand, again.fit, a.others))
         again.solver, again.fit = trial.solver, final_polish(trial.solver, trial.fit)

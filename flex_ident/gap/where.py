@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from flex_ident.gap.explanation import Profile, Region
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 BINS = 24
@@ -27,7 +27,7 @@ class Variable:
     values: Floats
 
 
-def variables(problem: FitProblem, values: Mapping[str, float]) -> tuple[Variable, ...]:
+def variables(problem: FitProblem, values: Values) -> tuple[Variable, ...]:
     """All quantities that this problem knows of."""
     d = problem.decimation
     motion = problem.motion

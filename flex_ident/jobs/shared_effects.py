@@ -12,6 +12,7 @@ from flex_ident.gap.carried import Carried
 from flex_ident.gap.shared import Proposal
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.parameters.keys import key_parts
+from flex_ident.parameters.values import Values
 from flex_ident.pooling.combining import pooled
 
 
@@ -29,14 +30,14 @@ def carried_from_others(proposal: Proposal, results: Sequence[Identification], h
             known.setdefault(p.key, []).append(p)
     if not known:
         return None
-    values = {key: _mean(own) for key, own in known.items()}
+    values = Values({key: _mean(own) for key, own in known.items()})
     angles = tuple(k for k in values if effect_named(proposal.effect).parameter(key_parts(k)[1]).angle)
     return Carried(proposal.effect, values, angles)
 
 
 def its_own(proposal: Proposal, result: Identification) -> Carried:
     """The effect as the recording itself has it, all values to be fitted."""
-    values = {p.key: p.value for p in proposal.own(result)}
+    values = Values({p.key: p.value for p in proposal.own(result)})
     return Carried(proposal.effect, values, tuple(values))
 
 
@@ -47,6 +48,6 @@ def _mean(parameters: Sequence[Parameter]) -> float:
     return pooled(np.array([p.value for p in sure]), np.array([p.std for p in sure])).value
 
 
-def base_values(result: Identification) -> dict[str, float]:
+def base_values(result: Identification) -> Values:
     """The joint's own parameters in a result, from which a fit may start."""
-    return {p.key: p.value for p in result.parameters if key_parts(p.key)[0] is None and math.isfinite(p.value)}
+    return Values({p.key: p.value for p in result.parameters if math.isfinite(p.value)}).base

@@ -15,6 +15,7 @@ from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.whitening import Whitening, settled, whitening_of
 from flex_ident.parameters.prior import Prior as Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 RELATIVE_STEP = 3e-6
@@ -25,7 +26,7 @@ MEMORY_S = 0.35
 
 @dataclass(frozen=True)
 class Fit:
-    """The optimum: flat `values` of every key (free or not), and the linearised problem there.
+    """The optimum: the `values` of every key (free or not), and the linearised problem there.
 
     `jacobian` (r, p) and `residual` (r,) are whitened to unit variance, priors excluded, rows in the order of
     `rows` (indices into the decimated clock, one entry a channel); `prior_information` (p, p). Columns are per unit
@@ -33,7 +34,7 @@ class Fit:
     """
 
     free: tuple[str, ...]
-    values: Mapping[str, float]
+    values: Values
     jacobian: Floats
     residual: Floats
     rows: tuple[NDArray[np.int64], ...]
@@ -96,12 +97,12 @@ class SimulationFit:
         self.problem = problem
         self.priors: dict[str, Prior] = dict(priors or {})
 
-    def whitenings(self, values: Mapping[str, float]) -> tuple[Whitening, ...]:
+    def whitenings(self, values: Values) -> tuple[Whitening, ...]:
         """The whitening filter of each channel's residual at these values. Raises ExcitationError."""
         order = int(np.clip(round(MEMORY_S * self.problem.rate_hz), 4, 64))
         return tuple(whitening_of(r, self.problem.usable, order) for r in self.finite_residuals(values))
 
-    def finite_residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+    def finite_residuals(self, values: Values) -> tuple[Floats, ...]:
         """The residuals (m,) at these values. Raises ExcitationError where the simulation runs away."""
         residuals = self.problem.residuals(values)
         if not all(np.isfinite(r).all() for r in residuals):
@@ -112,13 +113,11 @@ class SimulationFit:
         """The samples of each channel that a whitened residual is made of."""
         return tuple(np.flatnonzero(settled(self.problem.usable, w.memory)) for w in whitenings)
 
-    def whitened_residual(self, values: Mapping[str, float], whitenings: tuple[Whitening, ...]) -> Floats:
+    def whitened_residual(self, values: Values, whitenings: tuple[Whitening, ...]) -> Floats:
         """All channels' whitened residuals in one vector (r,)."""
         return self.whitened(self.problem.residuals(values), whitenings)
 
-    def whitened_residuals(
-        self, many: Sequence[Mapping[str, float]], whitenings: tuple[Whitening, ...]
-    ) -> list[Floats]:
+    def whitened_residuals(self, many: Sequence[Values], whitenings: tuple[Whitening, ...]) -> list[Floats]:
         """The same (r,) for each of several sets of values, simulated together."""
         return [self.whitened(residuals, whitenings) for residuals in self.problem.residuals_of_many(many)]
 
@@ -127,9 +126,7 @@ class SimulationFit:
         rows = self.rows(whitenings)
         return np.concatenate([w(r)[i] for w, r, i in zip(whitenings, residuals, rows, strict=True)])
 
-    def whitened_jacobian(
-        self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]
-    ) -> Floats:
+    def whitened_jacobian(self, values: Values, keys: Sequence[str], whitenings: tuple[Whitening, ...]) -> Floats:
         """Derivative (r, p) of the whitened residual with respect to the keys' values."""
         steps = {k: RELATIVE_STEP * key_scale(self.problem, k, values.get(k, 0.0)) for k in keys}
         for key in keys:  # step inwards where the bound is near
@@ -143,7 +140,7 @@ class SimulationFit:
     def solve(
         self,
         keys: Sequence[str],
-        start: Mapping[str, float],
+        start: Values,
         whitenings: tuple[Whitening, ...],
         *,
         iterations: int = 30,
@@ -155,13 +152,13 @@ class SimulationFit:
         `rough` spares the last Jacobian: that of the result is the one before the last step.
         """
         keys = tuple(keys)
-        values = {**{k: self.priors[k].start for k in keys if k in self.priors}, **start}
+        values = Values({k: self.priors[k].start for k in keys if k in self.priors}) | start
         logarithmic = np.array([key_named(k).logarithmic for k in keys])
         scale = np.array([key_scale(self.problem, k, values.get(k, 0.0)) for k in keys])
 
-        def unpacked(x: Floats) -> dict[str, float]:
+        def unpacked(x: Floats) -> Values:
             numbers = np.where(logarithmic, np.exp(np.clip(x, -60.0, 60.0)), x * scale)
-            return {**values, **dict(zip(keys, map(float, numbers), strict=True))}
+            return values.with_vector(keys, numbers)
 
         def packed(key: str, value: float, s: float) -> float:
             return float(np.log(max(value, 1e-12))) if key_named(key).logarithmic else value / s
@@ -222,7 +219,7 @@ class SimulationFit:
     def linearised(
         self,
         keys: Sequence[str],
-        values: Mapping[str, float],
+        values: Values,
         whitenings: tuple[Whitening, ...],
         at_bound: tuple[str, ...] = (),
         *,
@@ -240,7 +237,7 @@ class SimulationFit:
         rest, slope = np.where(np.isfinite(rest), rest, 1e6), np.where(np.isfinite(slope), slope, 0.0)
         return Fit(
             free=tuple(keys),
-            values=dict(values),
+            values=values,
             jacobian=slope,
             residual=rest,
             rows=self.rows(whitenings),

@@ -12,8 +12,9 @@ import numpy as np
 
 from flex_ident.effects import CATALOGUE
 from flex_ident.effects.curve import TORQUE
-from flex_ident.parameters.keys import by_effect, key_text
+from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 AGREED = 1e-3
@@ -23,11 +24,11 @@ ALIKE = 1e-3
 
 
 def gauge_information(
-    keys: Sequence[str], values: Mapping[str, float], at_bound: Sequence[str], priors: Mapping[str, Prior]
+    keys: Sequence[str], values: Values, at_bound: Sequence[str], priors: Mapping[str, Prior]
 ) -> Floats:
     """Information (p, p) on the keys that says so, for all curves in the model; nothing where there is none."""
     found = np.zeros((len(keys), len(keys)))
-    for name, own in by_effect(values)[1].items():
+    for name, own in values.effects.items():
         curve = CATALOGUE[name].curve
         torques = [] if curve is None else [key_text(name, f"{TORQUE}_{n}") for n in curve.points_in(own)]
         if curve is None or not set(torques) <= set(keys):
@@ -45,12 +46,10 @@ def gauge_information(
     return found
 
 
-def agreed(
-    keys: Sequence[str], values: Mapping[str, float], bounds: Callable[[str], tuple[float, float]]
-) -> dict[str, float]:
+def agreed(keys: Sequence[str], values: Values, bounds: Callable[[str], tuple[float, float]]) -> Values:
     """The values with each curve's share of what base keys can do handed over to them, as far as their bounds allow."""
-    found = dict(values)
-    for name, own in by_effect(values)[1].items():
+    found = values
+    for name, own in values.effects.items():
         curve = CATALOGUE[name].curve
         if curve is None:
             continue
@@ -69,9 +68,8 @@ def agreed(
             held.pop(beyond[0])
         else:
             continue
-        found.update(moved)
         rest = torque - shapes @ np.array(list(sizes.values()))
-        found.update({key_text(name, k): v for k, v in curve.parameters_of(at, rest).items()})
+        found = found | moved | Values.of_effect(name, curve.parameters_of(at, rest))
     return found
 
 

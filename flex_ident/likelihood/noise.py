@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from flex_ident.filtering.spectral import lowpass_response
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.thresholds import ABOVE, HIGHEST, QUANTILE, QUIET_RATIO, WIDE_ENOUGH
 from flex_ident.likelihood.whitening import FLOOR, Whitening
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.recording.noise import resolution
 
@@ -110,7 +110,7 @@ def _white_noise(problem: FitProblem, position: Floats) -> float:
     return math.sqrt(float(np.median(np.quantile(power[:, inside], QUANTILE, axis=0))) / -math.log(1.0 - QUANTILE))
 
 
-def encoder_noise(problem: FitProblem, values: Mapping[str, float]) -> tuple[Floats, ...]:
+def encoder_noise(problem: FitProblem, values: Values) -> tuple[Floats, ...]:
     """What noise of the motor's encoder as the recording holds it does to each compared signal (m,).
 
     A spring that rings long makes much of little at the locked-motor frequency, in a narrow band and now more, now

@@ -19,6 +19,7 @@ from flex_ident.likelihood.thresholds import (
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 
 LATE_SAMPLES = 3.0
@@ -104,7 +105,7 @@ PHYSICAL_ENDS = {"torque_averaging": PHYSICAL_AVERAGING, "reversal_lead": PHYSIC
 """Ends that are known, of the chain or of drives, within what a fit may try."""
 
 
-def strained(values: Mapping[str, float], priors: Mapping[str, Prior]) -> tuple[str, ...]:
+def strained(values: Values, priors: Mapping[str, Prior]) -> tuple[str, ...]:
     """The nuisances of the measurement chain that stand in for something else: at the end of what they can be.
 
     A mean over a period of the torque, or a hold, makes 1/24 of a period squared; no friction of a drive leads by over

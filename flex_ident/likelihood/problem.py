@@ -19,8 +19,8 @@ from flex_ident.likelihood.cores import mapped
 from flex_ident.likelihood.links import LinkResponses
 from flex_ident.likelihood.thresholds import FAR_BANDS, FAR_DAMPING, FEWEST, HARDLY, MOST_SETTLING, UNSEEN_WAY
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
-from flex_ident.parameters.keys import by_effect, flat_keys
 from flex_ident.parameters.parameter import FAR_MODE
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque, standstill_friction
@@ -50,39 +50,37 @@ class Prediction:
     link: Floats | None
 
 
-def terms_of(values: Mapping[str, float], *, rigid: bool) -> Floats:
+def terms_of(values: Values, *, rigid: bool) -> Floats:
     """The simulation's terms for base (`K`), measurement (`torque_delay`) and effect (`backlash.gap`) keys.
 
     Raises ConfigurationError on a key that is none of them.
     """
     base = RIGID_TERMS if rigid else BASE_TERMS
     terms = no_terms()
-    own, effects = by_effect(values)
-    for key, value in own.items():
+    for key, value in values.base.items():
         if key in base:
             terms[base[key][0]] += value * base[key][1]
         elif key in MEASUREMENT_TERMS:
             terms[MEASUREMENT_TERMS[key][0]] += value * MEASUREMENT_TERMS[key][1]
         elif key != FAR_MODE:
             raise ConfigurationError(f"unknown parameter {key}.")
-    for effect, parameters in effects.items():
+    for effect, parameters in values.effects.items():
         effect_named(effect).contribute(terms, parameters)
     return terms
 
 
-def values_of(model: JointModel) -> dict[str, float]:
-    """The flat keys and values of a model, effects included."""
-    values = dict(model.parameters)
+def values_of(model: JointModel) -> Values:
+    """The values of a model, effects included."""
+    values = Values(model.parameters)
     for effect, parameters in model.effects.items():
-        values.update(flat_keys(effect, parameters))
+        values |= Values.of_effect(effect, parameters)
     return values
 
 
-def model_of(values: Mapping[str, float], *, rigid: bool, joint: str = "") -> JointModel:
-    """The model in flat values; measurement keys are left out."""
+def model_of(values: Values, *, rigid: bool, joint: str = "") -> JointModel:
+    """The model with these values; measurement keys are left out."""
     base = RIGID_KEYS if rigid else FLEXIBLE_KEYS
-    own, effects = by_effect(values)
-    return JointModel({k: own[k] for k in base if k in own}, effects, joint)
+    return JointModel({k: values[k] for k in base if k in values}, values.effects, joint)
 
 
 def _held_after(marks: Bools, count: int) -> Bools:
@@ -218,8 +216,8 @@ class FitProblem:
         usable: Bools = ~bad[:: self.decimation]
         return usable
 
-    def terms(self, values: Mapping[str, float]) -> Floats:
-        """The simulation's terms (len(Term),) for flat values.
+    def terms(self, values: Values) -> Floats:
+        """The simulation's terms (len(Term),) for the values.
 
         A mode above the band is a second mass on the link, where the model has none of its own. JL is the inertia of
         both. Raises ConfigurationError.
@@ -239,12 +237,12 @@ class FitProblem:
             return None
         return self._links.of(terms)
 
-    def link_response_of(self, values: Mapping[str, float]) -> LinkMotion | None:
-        """The link's motion (n,) under flat values; None for a rigid joint."""
+    def link_response_of(self, values: Values) -> LinkMotion | None:
+        """The link's motion (n,) under the values; None for a rigid joint."""
         return self.link_response(self.terms(values))
 
-    def prediction(self, values: Mapping[str, float]) -> Prediction:
-        """What the model with these flat values says the measurement is; NaN when its simulation runs away."""
+    def prediction(self, values: Values) -> Prediction:
+        """What the model with these values says the measurement is; NaN when its simulation runs away."""
         return self._prediction(self.terms(values))
 
     def _prediction(self, terms: Floats, link: LinkMotion | None = None) -> Prediction:
@@ -274,7 +272,7 @@ class FitProblem:
         off: Floats = -late * velocity + 0.5 * late**2 * acceleration
         return off
 
-    def measured_torque(self, values: Mapping[str, float]) -> Floats:
+    def measured_torque(self, values: Values) -> Floats:
         """The recorded torque (m,), or as much of it as the model says that the drive delivered."""
         terms = self.terms(values)
         limit, iron, droop = (float(terms[t]) for t in (Term.TORQUE_LIMIT, Term.IRON_LOSS, Term.TORQUE_DROOP))
@@ -284,31 +282,29 @@ class FitProblem:
         torque = np.clip(self._raw_torque, -limit, limit) if limited else self._raw_torque
         return self.reduced(torque / (1.0 + iron * torque**2 + droop * self.motion.velocity**2))
 
-    def _limited(self, values: Mapping[str, float]) -> bool:
+    def _limited(self, values: Values) -> bool:
         """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""
         terms = self.terms(values)
         return any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
 
-    def residuals(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+    def residuals(self, values: Values) -> tuple[Floats, ...]:
         """Measured minus predicted, (m,) each: torque, and link position where there is one."""
         return self._compared(values, self._prediction(self.terms(values)))
 
-    def residuals_of_many(self, many: Sequence[Mapping[str, float]]) -> list[tuple[Floats, ...]]:
+    def residuals_of_many(self, many: Sequence[Values]) -> list[tuple[Floats, ...]]:
         """The same under each of several sets of values, in one pass on all cores."""
         terms = [self.terms(values) for values in many]
         links = [None] * len(terms) if self.rigid else self._links.of_many(terms)
         samples = self.motion.position.size
         return mapped(lambda v, t, k: self._compared(v, self._prediction(t, k)), many, terms, links, samples=samples)
 
-    def _compared(self, values: Mapping[str, float], predicted: Prediction) -> tuple[Floats, ...]:
+    def _compared(self, values: Values, predicted: Prediction) -> tuple[Floats, ...]:
         residual = [self.measured_torque(values) - predicted.torque]
         if self.link is not None and predicted.link is not None:
             residual.append(self.link - predicted.link)
         return tuple(residual)
 
-    def sensitivities(
-        self, values: Mapping[str, float], keys: Sequence[str], steps: Mapping[str, float]
-    ) -> tuple[Floats, ...]:
+    def sensitivities(self, values: Values, keys: Sequence[str], steps: Mapping[str, float]) -> tuple[Floats, ...]:
         """Derivative of each residual with respect to `keys`, (m, len(keys)) a channel; forward differences.
 
         `steps` gives the size of each difference. All keys that move the link are simulated in one pass. All forces
@@ -317,7 +313,7 @@ class FitProblem:
         precise link encoder would seem to know the scale. The last are remembered: the end of one fit is the start of
         the next.
         """
-        asked = (frozenset(values.items()), tuple(keys), tuple(steps[key] for key in keys))
+        asked = (values, tuple(keys), tuple(steps[key] for key in keys))
         known = self._slopes.get(asked)
         if known is None:
             known = self._differences(values, keys, steps)
@@ -327,16 +323,14 @@ class FitProblem:
                     self._slopes.pop(next(iter(self._slopes)))
         return known
 
-    def _differences(
-        self, values: Mapping[str, float], keys: Sequence[str], steps: Mapping[str, float]
-    ) -> tuple[Floats, ...]:
+    def _differences(self, values: Values, keys: Sequence[str], steps: Mapping[str, float]) -> tuple[Floats, ...]:
         base = self.prediction(values)
         rest = self._compared(values, base)
         columns = [np.zeros((r.size, len(keys))) for r in rest]
         scaling = [key for key, value in values.items() if value != 0.0 and key_named(key).is_force]
         homogeneous = "JL" in keys and set(scaling) <= set(keys) and not self._limited(values)
         varied = [key for key in keys if not (homogeneous and key == "JL")]
-        moved = [{**values, key: values.get(key, 0.0) + steps[key]} for key in varied]
+        moved = [values | {key: values.get(key, 0.0) + steps[key]} for key in varied]
         for key, there in zip(varied, self.residuals_of_many(moved), strict=True):
             for column, r0, r1 in zip(columns, rest, there, strict=True):
                 column[:, keys.index(key)] = (r1 - r0) / steps[key]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,6 +23,7 @@ from flex_ident.likelihood.thresholds import (
     OWN_ERROR_RINGING,
     STRUCTURE,
 )
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 
@@ -113,11 +113,11 @@ def _noise(solver: SteadyFit, residual: Floats, rounding: float) -> tuple[float,
     return math.hypot(steady, rounding), "quiet" if is_quiet(problem, steady) else "none", None
 
 
-def _coulomb(values: Mapping[str, float]) -> float:
+def _coulomb(values: Values) -> float:
     return abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
 
 
-def _own_error(torque: float, values: Mapping[str, float]) -> float:
+def _own_error(torque: float, values: Values) -> float:
     """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
     ringing = OWN_ERROR_RINGING * abs(values.get("FS", 0.0)) if "K" in values and "FSm" not in values else 0.0
     return math.hypot(OWN_ERROR * torque, math.hypot(OWN_ERROR_AT_REVERSALS * _coulomb(values), ringing))

@@ -8,7 +8,6 @@ a missing effect of friction.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ from scipy import fft, ndimage
 from flex_ident.filtering.spectral import lowpass_response
 from flex_ident.likelihood.problem import DRIVE_MARGIN, FitProblem, terms_of
 from flex_ident.likelihood.whitening import Whitening
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.response import standstill_friction
 
@@ -58,8 +58,8 @@ class Cluster:
     shares: Floats
 
 
-def dry_friction(values: Mapping[str, float]) -> float:
-    """Size of the motor's dry friction at standstill, N m, under flat values."""
+def dry_friction(values: Values) -> float:
+    """Size of the motor's dry friction at standstill, N m, under the values."""
     return standstill_friction(terms_of(values, rigid="J" in values))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from flex_ident.errors import ExcitationError
 from flex_ident.judgement.priorities import REVERSED
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.thresholds import POOR
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.batch import LANES
 from flex_ident.simulation.response import LinkMotion, direction, link_motions
@@ -26,8 +28,18 @@ DAMPING_RATIOS = (0.02, 0.15)
 POINTS = 28
 
 
-def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, motor: bool = True) -> dict[str, float]:
-    """Flat values of all base keys from which the simulation-based fit converges. Raises ExcitationError.
+@dataclass(frozen=True)
+class _Scanned:
+    """A point of the scan: sum of squares left, which of the torques fits best, and the base keys' values."""
+
+    cost: float
+    which: int
+    frequency_hz: float
+    values: Values
+
+
+def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, motor: bool = True) -> Values:
+    """Values of all base keys from which the simulation-based fit converges. Raises ExcitationError.
 
     The scan runs from a hundredth of the band to 1.5 times the band, or within a factor of two of `first_mode_hz`.
     Without `motor`, the torque is that through the spring alone.
@@ -35,53 +47,52 @@ def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, mo
     target = problem.torque[problem.usable][:, None]
     poor = POOR * float(np.sum(target**2))
     try:
-        cost, _, values = _best_scanned(problem, first_mode_hz, target, _linear_spring, motor=motor)
+        found = _best_scanned(problem, first_mode_hz, target, _linear_spring, motor=motor)
     except ExcitationError:
         _check_sign(problem, first_mode_hz, target, poor)
         raise
-    if cost > poor:
+    if found.cost > poor:
         _check_sign(problem, first_mode_hz, target, 0.5 * poor)
-    return values
+    return found.values
 
 
 def _check_sign(problem: FitProblem, first_mode_hz: float | None, target: Floats, limit: float) -> None:
     """Raises ExcitationError when the torque (m, 1) of opposite sign leaves a sum of squares below `limit`."""
     try:
-        cost, _, _ = _best_scanned(problem, first_mode_hz, -target, _linear_spring)
+        found = _best_scanned(problem, first_mode_hz, -target, _linear_spring)
     except ExcitationError:
         return
-    if cost < limit:
+    if found.cost < limit:
         raise ExcitationError(REVERSED)
 
 
-def torque_scanned_start(problem: FitProblem, torques: Floats) -> tuple[int, dict[str, float]]:
+def torque_scanned_start(problem: FitProblem, torques: Floats) -> tuple[int, Values]:
     """The same, the torque's record scanned too: which of `torques` (r, d), N m, at the usable samples, fits best.
 
     Raises ExcitationError.
     """
-    return _best_scanned(problem, None, torques, _linear_spring)[1:]
+    found = _best_scanned(problem, None, torques, _linear_spring)
+    return found.which, found.values
 
 
-def spring_scanned_start(
-    problem: FitProblem, shapes: Sequence[Callable[[float], Shape]]
-) -> tuple[int, dict[str, float]]:
+def spring_scanned_start(problem: FitProblem, shapes: Sequence[Callable[[float], Shape]]) -> tuple[int, Values]:
     """The same, the spring's law scanned too: which of `shapes` fits best, and the values.
 
     A shape gives, for the square of the locked-motor frequency, (rad/s)^2, terms of a spring on a link of unit inertia.
     Raises ExcitationError.
     """
-    best: tuple[float, int, dict[str, float]] | None = None
+    best: tuple[int, _Scanned] | None = None
     target = problem.torque[problem.usable][:, None]
     for which, shape in enumerate(shapes):
         try:
-            cost, _, values = _best_scanned(problem, None, target, shape)
+            found = _best_scanned(problem, None, target, shape)
         except ExcitationError:
             continue
-        if best is None or cost < best[0]:
-            best = (cost, which, values)
+        if best is None or found.cost < best[1].cost:
+            best = which, found
     if best is None:
         raise ExcitationError("no such spring explains the torque with positive inertias.")
-    return best[1:]
+    return best[0], best[1].values
 
 
 def _linear_spring(_square: float) -> Shape:
@@ -96,8 +107,8 @@ def _best_scanned(
     shape: Callable[[float], Shape],
     *,
     motor: bool = True,
-) -> tuple[float, int, dict[str, float]]:
-    """Sum of squares left, which of the torques (m, d) fits best, and the values with it."""
+) -> _Scanned:
+    """The point that leaves least of one of the torques (m, d). Raises ExcitationError."""
     motion = problem.motion
     sign = direction(motion, problem.resolution)
     rows = problem.usable
@@ -108,26 +119,24 @@ def _best_scanned(
         low, high = max(0.15, 0.01 * problem.band_hz), 1.5 * problem.band_hz
     else:
         low, high = 0.5 * first_mode_hz, 2.0 * first_mode_hz
-    best: tuple[float, int, dict[str, float]] | None = None
+    best: _Scanned | None = None
     grid = np.geomspace(low, high, POINTS)
     for refinement in range(2):
         ways = [(float(frequency), ratio) for frequency in grid for ratio in DAMPING_RATIOS]
         for (frequency, ratio), link in zip(ways, _unit_links(problem, ways, shape), strict=True):
             candidate = _linear_fit(problem, frequency, ratio, link, reduced, targets, rows, motor=motor)
-            if candidate is not None and (best is None or candidate[0] < best[0]):
+            if candidate is not None and (best is None or candidate.cost < best.cost):
                 best = candidate
         if best is None:
             break
         if refinement == 0:
-            centre = best[2]["_frequency"]
-            factor = (high / low) ** (1.0 / (POINTS - 1))
+            centre, factor = best.frequency_hz, (high / low) ** (1.0 / (POINTS - 1))
             grid = np.geomspace(centre / factor, centre * factor, 9)[1:-1]
     if best is None:
         raise ExcitationError(
             "no locked-motor frequency up to the excited band explains the torque with positive inertias: "
             "the joint may be rigid in this band (try --rigid), or torque and position may not belong together."
         )
-    best[2].pop("_frequency")
     return best
 
 
@@ -158,11 +167,8 @@ def _linear_fit(
     rows: Bools,
     *,
     motor: bool = True,
-) -> tuple[float, int, dict[str, float]] | None:
-    """Sum of squares, which torque, and values for one locked-motor frequency and damping ratio.
-
-    None without positive inertias.
-    """
+) -> _Scanned | None:
+    """The point of one locked-motor frequency and damping ratio; None without positive inertias."""
     omega = 2.0 * math.pi * frequency_hz
     if not np.isfinite(link.spring_torque).all():
         return None
@@ -182,9 +188,9 @@ def _linear_fit(
         cost, which, (jm, fvm, fsm, _, jl) = found
     values = {
         "Jm": jm, "K": omega * omega * jl, "JL": jl, "FVm": max(fvm, 0.0), "FSm": max(fsm, 0.0),
-        "FV": 2.0 * ratio * omega * jl, "FS": 0.0, "MX": mx / GRAVITY, "MY": my / GRAVITY, "_frequency": frequency_hz,
+        "FV": 2.0 * ratio * omega * jl, "FS": 0.0, "MX": mx / GRAVITY, "MY": my / GRAVITY,
     }  # fmt: skip
-    return cost, which, values
+    return _Scanned(cost, which, frequency_hz, Values(values))
 
 
 def _least_squares(columns: Floats, targets: Floats, *, motor: bool = True) -> tuple[float, int, Floats] | None:

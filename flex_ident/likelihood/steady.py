@@ -15,6 +15,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.reversals import Mark, ReversalWeights, dry_friction, friction_marks
 from flex_ident.likelihood.thresholds import LOUDER
 from flex_ident.likelihood.whitening import Whitening
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 
 Indices = NDArray[np.int64]
@@ -76,7 +77,7 @@ class SteadyFit(SimulationFit):
         self.marks = friction_marks(problem) if marks is None else marks
         self.local = local
 
-    def whitenings(self, values: Mapping[str, float]) -> tuple[Whitening, ...]:
+    def whitenings(self, values: Values) -> tuple[Whitening, ...]:
         """The whitening filter of each channel's noise at these values. Raises ExcitationError."""
         problem = self.problem
         order = int(np.clip(round(MEMORY_S * problem.rate_hz), 4, 48))
@@ -101,7 +102,7 @@ class SteadyFit(SimulationFit):
         return tuple(channels)
 
     def finished(
-        self, keys: Sequence[str], start: Mapping[str, float], whitenings: tuple[Whitening, ...], *, iterations: int,
+        self, keys: Sequence[str], start: Values, whitenings: tuple[Whitening, ...], *, iterations: int,
         tolerance: float, state: bool = True,
     ) -> Fit:  # fmt: skip
         """The fit over `keys`, and once more without the link's state at the start; without `state` only so.
@@ -131,7 +132,7 @@ class SteadyFit(SimulationFit):
         louder: Floats = np.sqrt(np.where(mean > LOUDER, mean, 1.0))
         return louder
 
-    def encoder_noise(self, values: Mapping[str, float]) -> tuple[Floats, ...]:
+    def encoder_noise(self, values: Values) -> tuple[Floats, ...]:
         """What the noise of the motor's encoder does to each compared signal (m,) at these values."""
         return encoder_noise(self.problem, values)
 
@@ -142,7 +143,7 @@ class SteadyFit(SimulationFit):
         rows = self.rows((whitening,))[0]
         return whitening.weights(rows).friction(whitening(residual)[rows], residual.size)
 
-    def standstill_size(self, values: Mapping[str, float]) -> Floats:
+    def standstill_size(self, values: Values) -> Floats:
         """Standard deviation (m,), N m, of what friction at standstill adds to the torque where it may be anywhere
         between its two signs."""
         power = np.zeros(self.problem.time.size)
@@ -155,9 +156,7 @@ class SteadyFit(SimulationFit):
         """All channels' whitened residuals in one vector (r,), with little weight on friction at standstill."""
         return self._weighted(super().whitened(residuals, whitenings), whitenings)
 
-    def whitened_jacobian(
-        self, values: Mapping[str, float], keys: Sequence[str], whitenings: tuple[Whitening, ...]
-    ) -> Floats:
+    def whitened_jacobian(self, values: Values, keys: Sequence[str], whitenings: tuple[Whitening, ...]) -> Floats:
         """Derivative (r, p) of the whitened residual with respect to the keys' values."""
         return self._weighted(super().whitened_jacobian(values, keys, whitenings), whitenings)
 

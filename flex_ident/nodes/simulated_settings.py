@@ -20,6 +20,7 @@ from flex_ident.errors import ConfigurationError
 from flex_ident.nodes.declared import current, declare, refuse_unknown
 from flex_ident.nodes.usage import Usage
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel, read_joint_model
+from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import NON_NEGATIVE
 from flex_ident.simulation.terms import MOST_POINTS
 from flex_ident.virtual_joint import COBOT_JOINT, INTERFACES, Drive, Instruments, Interface, ample_effort, drive_for
@@ -159,7 +160,7 @@ def model_settings(keys: Sequence[str], base: JointModel) -> list[Setting]:
 def effect_settings(effect: Effect, base: JointModel) -> list[Setting]:
     """Parameters of one effect; the defaults are those of `base`, 0 where it has none."""
     return [
-        Setting(f"effects.{effect.name}.{p.name}", base.value(f"{effect.name}.{p.name}"), f"{p.meaning}, {p.unit}",
+        Setting(f"effects.{effect.name}.{p.name}", base.value(key_text(effect.name, p.name)), f"{p.meaning}, {p.unit}",
                 lower=max(min(p.lower, 0.0), -1e9), upper=min(p.upper, 1e9))
         for p in effect.parameters
     ]  # fmt: skip

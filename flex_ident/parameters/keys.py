@@ -1,12 +1,11 @@
 """A parameter's key: what it belongs to, what physics allows it and how it is fitted; and how it is written.
 
-Written out, in model.yaml, JSON, on the command line and in flat mappings of values, it is `K` or `backlash.gap`.
+Written out, in model.yaml, JSON, on the command line and in `Values`, it is `K` or `backlash.gap`.
 Nothing but this module takes that apart or puts it together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -48,19 +47,3 @@ def key_text(effect: str | None, name: str) -> str:
 def effect_in(text: str) -> str | None:
     """The effect that a written key belongs to; None for a base or measurement key."""
     return key_parts(text)[0]
-
-
-def flat_keys(effect: str | None, values: Mapping[str, float]) -> dict[str, float]:
-    """Values by name, of one effect or of the model (None), under their written keys."""
-    return {key_text(effect, name): value for name, value in values.items()}
-
-
-def by_effect(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
-    """Values under written keys apart: those of no effect, and those of each effect by name."""
-    base: dict[str, float] = {}
-    effects: dict[str, dict[str, float]] = {}
-    for text, value in values.items():
-        effect, name = key_parts(text)
-        own = base if effect is None else effects.setdefault(effect, {})
-        own[name] = value
-    return base, effects

@@ -14,7 +14,7 @@ from flex_ident.gap.explanation import GapVerdict
 from flex_ident.gap.shared import Proposal
 from flex_ident.notices import Code
 from flex_ident.parameters import Parameter
-from flex_ident.parameters.keys import key_parts
+from flex_ident.parameters.keys import effect_in, key_parts
 from flex_ident.pooling.combining import Pooled
 from flex_ident.pooling.effects import Heard, Outcome
 from flex_ident.report import schemas
@@ -129,7 +129,7 @@ class JoinedGap:
         found = self.joined.found
         rows = []
         for p in found.parameters:
-            if key_parts(p.key)[0] == effect.proposal.effect:
+            if effect_in(p.key) == effect.proposal.effect:
                 k = found.given.keys.index(p.key) if p.key in found.given.keys else -1
                 rows.append((p, found.pooled[k] if k >= 0 else None, k))
         return rows

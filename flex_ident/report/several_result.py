@@ -11,7 +11,7 @@ from typing import Any
 from flex_ident import __version__
 from flex_ident.notices import Notice
 from flex_ident.parameters import Identification, JointModel
-from flex_ident.parameters.keys import by_effect
+from flex_ident.parameters.values import Values
 from flex_ident.pooling.several import Several
 from flex_ident.pooling.torque_scale import Estimate, TorqueScale
 from flex_ident.recording import Recording
@@ -48,9 +48,8 @@ class JoinedResult:
     @property
     def model(self) -> JointModel:
         """The joint's model with the values of all recordings together."""
-        values = {p.key: p.value for p in self.found.parameters if math.isfinite(p.value)}
-        base, effects = by_effect(values)
-        return JointModel(base, effects, joint=self.joint)
+        values = Values({p.key: p.value for p in self.found.parameters if math.isfinite(p.value)})
+        return JointModel(values.base, values.effects, joint=self.joint)
 
 
 def several_content(joined: JoinedResult) -> dict[str, Any]:

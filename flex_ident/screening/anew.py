@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from flex_ident.effects.starting import Shape
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.start import spring_scanned_start, torque_scanned_start
-from flex_ident.parameters.keys import effect_in, flat_keys
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.spring_start import measured_spring_start
 
@@ -22,7 +22,7 @@ class FitScans:
     """`effects.starting.Scans` of one problem and the values fitted to it."""
 
     problem: FitProblem
-    values: Mapping[str, float]
+    values: Values
     scales: Scales
 
     @property
@@ -49,30 +49,28 @@ class FitScans:
         """A signal (n,), `delay` s later, filtered and decimated, at the usable samples."""
         return self.problem.reduced(signal, delay=delay)[self.problem.usable]
 
-    def scanned(self, torques: Floats) -> tuple[int, dict[str, float]]:
+    def scanned(self, torques: Floats) -> tuple[int, Values]:
         """Which of the torques (r, d) fits best, and the base keys. Raises ExcitationError."""
         return torque_scanned_start(self.problem, torques)
 
-    def scanned_springs(self, shapes: Sequence[Shape]) -> tuple[int, dict[str, float]]:
+    def scanned_springs(self, shapes: Sequence[Shape]) -> tuple[int, Values]:
         """Which of the springs fits best, and the base keys. Raises ExcitationError."""
         return spring_scanned_start(self.problem, shapes)
 
-    def measured_spring(
-        self, law: Callable[[Floats, float], Floats], shares: Floats
-    ) -> tuple[float, dict[str, float]] | None:
+    def measured_spring(self, law: Callable[[Floats, float], Floats], shares: Floats) -> tuple[float, Values] | None:
         """Size of the spring's law, rad, and the base keys, from both positions as measured; or None."""
         return measured_spring_start(self.problem, law, shares)
 
 
-def start_anew(effect: Effect, problem: FitProblem, values: Mapping[str, float], scales: Scales) -> dict[str, float]:
+def start_anew(effect: Effect, problem: FitProblem, values: Values, scales: Scales) -> Values:
     """Values of all keys, the effect's among them, from which a fit with the effect may start as well; or none."""
     if effect.start is None:
-        return {}
+        return Values()
     try:
         found = effect.start(FitScans(problem, values, scales))
     except ExcitationError:
-        return {}
+        return Values()
     if found is None:
-        return {}
-    model = {k: found.model.get(k, 0.0 if effect_in(k) is None else v) for k, v in values.items()}
-    return {**model, **flat_keys(effect.name, found.effect)}
+        return Values()
+    model = values | dict.fromkeys(values.base, 0.0) | found.model.only(values)
+    return model | Values.of_effect(effect.name, found.effect)

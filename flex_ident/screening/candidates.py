@@ -14,30 +14,31 @@ from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
 from flex_ident.filtering import first_mode
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import GRAVITY_KEYS
-from flex_ident.parameters.keys import effect_in, key_text
+from flex_ident.parameters.keys import key_text
+from flex_ident.parameters.values import Values
 from flex_ident.screening.anew import start_anew
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One effect at one size and shape, its parameters under their flat keys."""
+    """One effect at one size and shape, its parameters under their written keys."""
 
     effect: str
     probe: Probe
-    anew: Mapping[str, float] = field(default_factory=dict)
+    anew: Values = field(default_factory=Values)
     """Values of all keys from which a fit may start as well, found without the base fit where this is far off."""
     suffix: str = ""
     """Of its parameters, where the effect is in the model already and may be there again."""
 
     @property
-    def probes(self) -> tuple[Mapping[str, float], ...]:
-        """Alternatives of its flat keys, added to the base one at a time: each makes a column."""
-        return tuple({self._flat(k): v for k, v in column.items()} for column in self.probe.columns)
+    def probes(self) -> tuple[Values, ...]:
+        """Alternatives of its values, added to the base one at a time: each makes a column."""
+        return tuple(self._written(column) for column in self.probe.columns)
 
     @property
     def scaled(self) -> tuple[str, ...]:
-        """The flat keys that grow with the effect's size."""
-        return tuple(map(self._flat, self.probe.scaled))
+        """The keys that grow with the effect's size."""
+        return tuple(map(self._key, self.probe.scaled))
 
     @property
     def replaces(self) -> str:
@@ -51,15 +52,15 @@ class Candidate:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The flat keys of the effect that are fitted."""
+        """The keys of the effect that are fitted."""
         effect = effect_named(self.effect)
-        return tuple(self._flat(k) for k in self.probe.columns[0] if not effect.parameter(k + self.suffix).fixed)
+        return tuple(self._key(k) for k in self.probe.columns[0] if not effect.parameter(k + self.suffix).fixed)
 
     @property
     def cycles(self) -> str:
-        """The flat key of its periods in a turn of the motor; empty for what is not periodic."""
+        """The key of its periods in a turn of the motor; empty for what is not periodic."""
         name = effect_named(self.effect).cycles
-        return self._flat(name) if name else ""
+        return self._key(name) if name else ""
 
     @property
     def side(self) -> str:
@@ -67,16 +68,19 @@ class Candidate:
         effect = effect_named(self.effect)
         return "link" if any(effect.parameter(name).on_link for name in self.probe.columns[0]) else ""
 
-    def start(self, sizes: tuple[float, ...]) -> dict[str, float]:
+    def start(self, sizes: tuple[float, ...]) -> Values:
         """Values of the keys from which a fit starts, `sizes` being the linear estimates for each probe."""
-        return {self._flat(name): value for name, value in self.probe.start(sizes).items()}
+        return self._written(self.probe.start(sizes))
 
-    def _flat(self, name: str) -> str:
+    def _key(self, name: str) -> str:
         return key_text(self.effect, name + self.suffix)
+
+    def _written(self, parameters: Mapping[str, float]) -> Values:
+        return Values.of_effect(self.effect, {name + self.suffix: value for name, value in parameters.items()})
 
 
 def candidates(
-    problem: FitProblem, values: Mapping[str, float], *, effects: tuple[str, ...] = (), prismatic: bool = False
+    problem: FitProblem, values: Values, *, effects: tuple[str, ...] = (), prismatic: bool = False
 ) -> Iterator[Candidate]:
     """Every law that makes sense for this problem and is not part of the model yet, as often as it may be, nor of a
     curve that is.
@@ -84,7 +88,7 @@ def candidates(
     `effects` restricts the catalogue where it is not empty; what slides (`prismatic`) has no first moments.
     """
     scales = scales_of(problem, values, prismatic=prismatic)
-    curves = (effect_named(name).curve for name in map(effect_in, values) if name is not None)
+    curves = (effect_named(name).curve for name in values.effects)
     held = {name for curve in curves if curve is not None for name in curve.contains}
     for name, effect in CATALOGUE.items():
         suffix = _unused(effect, values)
@@ -92,21 +96,21 @@ def candidates(
             continue
         if (effect.needs_spring and problem.rigid) or (effect.needs_link and problem.link is None):
             continue
-        anew: Mapping[str, float] | None = None
+        anew: Values | None = None
         for probe in effect.probes(scales):
             anew = start_anew(effect, problem, values, scales) if anew is None else anew
             yield Candidate(name, probe, anew, suffix)
 
 
-def _unused(effect: Effect, values: Mapping[str, float]) -> str | None:
+def _unused(effect: Effect, values: Values) -> str | None:
     """The first suffix under which the effect is not in the model; None where it is there as often as it may be."""
     if len(effect.again) == 1:
-        return None if effect.name in map(effect_in, values) else ""
+        return None if effect.name in values.effects else ""
     first = effect.parameters[0].name
     return next((s for s in effect.again if key_text(effect.name, first + s) not in values), None)
 
 
-def scales_of(problem: FitProblem, values: Mapping[str, float], *, prismatic: bool = False) -> Scales:
+def scales_of(problem: FitProblem, values: Values, *, prismatic: bool = False) -> Scales:
     """What sizes of effects are measured against, for one problem under the model as it stands."""
     torque = float(np.std(problem.torque))
     speed = float(np.sqrt(np.mean(problem.motion.velocity**2)))
@@ -130,7 +134,7 @@ def scales_of(problem: FitProblem, values: Mapping[str, float], *, prismatic: bo
     )
 
 
-def _link_mode(problem: FitProblem, values: Mapping[str, float]) -> tuple[float, float] | None:
+def _link_mode(problem: FitProblem, values: Values) -> tuple[float, float] | None:
     """Frequency, Hz, and inertia over the link's, of a mass that the link drags along; None without a link encoder.
 
     Spring torque over link acceleration is an apparent inertia, as motor torque over motor acceleration is.

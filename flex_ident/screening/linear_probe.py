@@ -6,21 +6,19 @@ Good enough to rank frequencies, of which there are many; the best is simulated.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
 from flex_ident.filtering.spectral import Complexes
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.harmonics import periodic, periodic_slope
 from flex_ident.simulation.terms import KINEMATIC_ERRORS, Term
 
 
-def transmission_error_change(
-    problem: FitProblem, values: Mapping[str, float], probe: Mapping[str, float]
-) -> tuple[Floats, ...]:
-    """Change (m,) of each residual when the small transmission error in the flat keys of `probe` joins the model.
+def transmission_error_change(problem: FitProblem, values: Values, probe: Values) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when the small transmission error of `probe` joins the model.
 
     Equation 5 linearised about the motion, without the link's dry friction; the motor bears the spring's torque by
     virtual work.
@@ -53,7 +51,7 @@ def transmission_error_change(
     return tuple(changes)
 
 
-def second_mode_change(problem: FitProblem, values: Mapping[str, float], second: Floats) -> tuple[Floats, ...]:
+def second_mode_change(problem: FitProblem, values: Values, second: Floats) -> tuple[Floats, ...]:
     """Change (m,) of each residual when a part of the link, as heavy as before, swings behind a further spring.
 
     The part as the terms (len(Term),) of `second` say. To the rest of the link it is an inertia that depends on
@@ -81,7 +79,7 @@ def second_mode_change(problem: FitProblem, values: Mapping[str, float], second:
     return tuple(changes)
 
 
-def mount_change(problem: FitProblem, values: Mapping[str, float], mount: Floats) -> tuple[Floats, ...]:
+def mount_change(problem: FitProblem, values: Values, mount: Floats) -> tuple[Floats, ...]:
     """Change (m,) of each residual when the base on which the joint stands gives way.
 
     The base swings under the joint's reaction as the terms (len(Term),) of `mount` say; positions are relative to it.

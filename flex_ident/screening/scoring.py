@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from flex_ident.effects import CATALOGUE
 from flex_ident.likelihood.cores import mapped
 from flex_ident.likelihood.fit import Fit, SimulationFit
 from flex_ident.likelihood.gauge import prior_root
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
 from flex_ident.screening.linear_probe import mount_change, second_mode_change, transmission_error_change
@@ -78,7 +79,7 @@ def orthonormal(fit: Fit, drop: str) -> Floats:
     return basis
 
 
-def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]) -> Floats:
+def whitened_change(solver: SimulationFit, fit: Fit, values: Values) -> Floats:
     """Change (r,) of the whitened residual when the model takes other values."""
     terms = solver.problem.terms(values)
     if terms[Term.MOUNT_INERTIA] != 0.0:
@@ -87,7 +88,7 @@ def whitened_change(solver: SimulationFit, fit: Fit, values: Mapping[str, float]
         return solver.whitened(second_mode_change(solver.problem, fit.values, terms), fit.whitenings)
     if transmission_error(terms):
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
-    moved = solver.whitened_residual({**fit.values, **values}, fit.whitenings)
+    moved = solver.whitened_residual(fit.values | values, fit.whitenings)
     return moved - fit.residual
 
 

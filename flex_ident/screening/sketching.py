@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters import UNITS
 from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.scoring import Score
 
@@ -26,7 +27,7 @@ RACE = ((1, 4), (2, 2), (4, 1))
 
 
 def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
-    """Names of the effects among flat keys."""
+    """Names of the effects among written keys."""
     return tuple(dict.fromkeys(e for e in map(effect_in, keys) if e is not None))
 
 
@@ -61,20 +62,20 @@ def _torque_energy(solver: SteadyFit, fit: Fit) -> float:
     return float(torque @ torque)
 
 
-def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Mapping[str, float]]:
+def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Values]:
     """Where a refit may start: near the fit without the candidate and, if that is far off, from anew."""
     near = best_start(solver, fit, score)
-    return [near, {**fit.values, **score.candidate.anew}] if score.candidate.anew else [near]
+    return [near, fit.values | score.candidate.anew] if score.candidate.anew else [near]
 
 
-def raced_starts(solver: SteadyFit, fit: Fit, score: Score, tried: Iterable[Candidate]) -> list[Mapping[str, float]]:
+def raced_starts(solver: SteadyFit, fit: Fit, score: Score, tried: Iterable[Candidate]) -> list[Values]:
     """Where a refit with an effect of many minima may start: each raced shape of the candidates, and near the fit."""
     shapes = (c for c in tried if c.effect == score.candidate.effect and c.probe.raced)
-    starts = [{**fit.values, **c.probe.base, **c.start((1.0,))} for c in shapes]
+    starts = [fit.values | c.probe.base | c.start((1.0,)) for c in shapes]
     return [*starts, best_start(solver, fit, score)]
 
 
-def raced(solver: SteadyFit, keys: Sequence[str], starts: Sequence[Mapping[str, float]], fit: Fit) -> Fit:
+def raced(solver: SteadyFit, keys: Sequence[str], starts: Sequence[Values], fit: Fit) -> Fit:
     """The rough refit over `keys` that wins a short race among several starts. Raises ExcitationError."""
     race, fits = list(starts), list[Fit]()
     for iterations, kept in RACE:
@@ -93,7 +94,7 @@ def raced(solver: SteadyFit, keys: Sequence[str], starts: Sequence[Mapping[str, 
     return fits[0]
 
 
-def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
+def best_start(solver: SteadyFit, fit: Fit, score: Score) -> Values:
     """Where a refit starts: the effect at the linear estimate or less, the model following it."""
     candidate = score.candidate
     solver, _ = extended_solver(solver, fit.free, candidate)
@@ -103,20 +104,20 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
     jacobian = fit.jacobian[:, kept]
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
-    options: list[dict[str, float]] = []
+    options: list[Values] = []
     sized = candidate.probe.sized
     for size in SIZES:
-        values = {**fit.values, **{k: sized(v, size) if k in candidate.scaled else v for k, v in whole.items()}}
+        values = fit.values | {k: sized(v, size) if k in candidate.scaled else v for k, v in whole.items()}
         if dropped:
-            values[candidate.keys[0]] += fit.values.get(dropped, 0.0)
-            values[dropped] = 0.0
+            first = candidate.keys[0]
+            values |= {first: values[first] + fit.values.get(dropped, 0.0), dropped: 0.0}
         options.append(values)
     residuals = solver.whitened_residuals(options, fit.whitenings)
     finite = [(v, r) for v, r in zip(options, residuals, strict=True) if np.isfinite(r).all()]
-    followed: list[dict[str, float]] = []
+    followed: list[Values] = []
     for values, residual in finite:
         step = np.linalg.lstsq(jacobian / scale, -residual, rcond=1e-6)[0] / scale
-        moved = dict(values)
+        moved: dict[str, float] = {}
         for i, change in zip(kept, step, strict=True):
             key = fit.free[i]
             now = values[key] + float(change)
@@ -124,7 +125,7 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> dict[str, float]:
             if key_named(key).logarithmic:
                 now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
             moved[key] = float(np.clip(now, low, high))
-        followed.append(moved)
+        followed.append(values | moved)
     tried_out = [*finite, *zip(followed, solver.whitened_residuals(followed, fit.whitenings), strict=True)]
     costs = [(float(r @ r), i) for i, (_, r) in enumerate(tried_out) if np.isfinite(r).all()]
-    return tried_out[min(costs)[1]][0] if costs else {**fit.values, **whole}
+    return tried_out[min(costs)[1]][0] if costs else fit.values | whole

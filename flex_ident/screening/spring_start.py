@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.motion import motor_motion
 from flex_ident.simulation.response import direction
@@ -23,7 +24,7 @@ LINK_KEYS = ("JL", "FV", "FS", "MX", "MY")
 
 def measured_spring_start(
     problem: FitProblem, law: Callable[[Floats, float], Floats], shares: Floats
-) -> tuple[float, dict[str, float]] | None:
+) -> tuple[float, Values] | None:
     """Size of the spring's law, rad, and values of the base keys and `link_zero`, by least squares of eqs. 5 and 6.
 
     `law(deflection, size)` (n,) is torque over stiffness; `shares` are sizes over the range of deflection, tried first.
@@ -51,19 +52,16 @@ def measured_spring_start(
         options={"initial_simplex": [(first, 0.0), (1.2 * first, 0.0), (first, 0.2 * first)], "maxiter": 60},
     )  # fmt: skip
     size, zero = abs(float(best.x[0])), float(best.x[1])
-    values = dict(zip(MOTOR_KEYS, map(float, solved(size, zero)[1]), strict=True))
+    values = Values().with_vector(MOTOR_KEYS, solved(size, zero)[1])
     spring = values["K"] * law(deflection + zero, size)
     moved = [link.acceleration, link.velocity, direction(link, problem.resolution)]
     pulled = [GRAVITY * np.cos(link.position), GRAVITY * np.sin(link.position)]
     link_columns = [problem.reduced(c)[rows] for c in (*moved, *pulled)]
-    values.update(
-        zip(LINK_KEYS, map(float, _least_squares(link_columns, problem.reduced(spring)[rows])[1]), strict=True)
-    )
+    values = values.with_vector(LINK_KEYS, _least_squares(link_columns, problem.reduced(spring)[rows])[1])
     if min(values["Jm"], values["K"], values["JL"]) <= 0.0:
         return None
-    for key in ("FVm", "FSm", "FV", "FS"):
-        values[key] = max(values[key], 0.0)
-    return size, {**values, "link_zero": zero}
+    friction = {key: max(values[key], 0.0) for key in ("FVm", "FSm", "FV", "FS")}
+    return size, values | friction | {"link_zero": zero}
 
 
 def _least_squares(columns: Sequence[Floats], target: Floats) -> tuple[float, Floats]:

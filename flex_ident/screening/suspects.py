@@ -160,7 +160,7 @@ def _stood_in_for(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Trie
         solver.problem, priors={k: p for k, p in solver.priors.items() if k not in shown}, marks=solver.marks,
         local=solver.local,
     )  # fmt: skip
-    values, keys = {**fit.values, **dict.fromkeys(shown, 0.0)}, [k for k in fit.free if k not in shown]
+    values, keys = fit.values | dict.fromkeys(shown, 0.0), [k for k in fit.free if k not in shown]
     try:
         without = own.solve(keys, values, fit.whitenings, iterations=FURTHER, tolerance=1e-3, rough=True)
     except ExcitationError:

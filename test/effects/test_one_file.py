@@ -17,6 +17,7 @@ from flex_ident.estimation.estimate import fit_problem
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import Term
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
@@ -94,7 +95,7 @@ def _probes(scales: Scales) -> Iterator[Probe]:
 
 
 def _start(scans: Scans) -> Start:
-    return Start({"K": 2.0 * scans.values["K"]}, {"drag": 0.1 * scans.torque})
+    return Start(Values({"K": 2.0 * scans.values["K"]}), {"drag": 0.1 * scans.torque})
 
 
 def test_an_effect_that_is_added_is_tried_started_and_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +103,7 @@ def test_an_effect_that_is_added_is_tried_started_and_fitted(monkeypatch: pytest
     chain = MeasurementChain(torque_noise=0.01)
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=8.0, sample_rate_hz=500.0), chain)
     problem = fit_problem(recording, sensors="motor+link")
-    values = {**COBOT_JOINT.parameters, "link_skew": 1e-4}
+    values = Values({**COBOT_JOINT.parameters, "link_skew": 1e-4})
     (tried,) = (c for c in candidates(problem, values) if c.effect == "made_up")
     assert tried.keys == ("made_up.drag",)
     assert tried.replaces == "link_skew"
@@ -116,10 +117,10 @@ def test_an_effect_that_is_added_is_tried_started_and_fitted(monkeypatch: pytest
     key = key_named("made_up.drag")
     assert str(key) == "made_up.drag"
     assert (key.unit, key.is_force, key.side, key.logarithmic) == ("N m s/rad", True, "link", False)
-    with_drag = {**values, "made_up.drag": 3.0}
+    with_drag = values | {"made_up.drag": 3.0}
     assert trade_error("FSm", with_drag) == pytest.approx(0.3)
     assert trade_error("FV", with_drag) == 0.0
-    drag = problem.residuals({**values, "FV": values["FV"] + 3.0})[0]
+    drag = problem.residuals(values | {"FV": values["FV"] + 3.0})[0]
     assert (problem.residuals(with_drag)[0] == drag).all()
 
 
@@ -127,5 +128,5 @@ def test_a_start_that_finds_nothing_is_none(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setitem(CATALOGUE, "made_up", replace(MADE_UP, start=lambda _: None))
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=8.0, sample_rate_hz=500.0))
     problem = fit_problem(recording, sensors="motor")
-    (tried,) = (c for c in candidates(problem, COBOT_JOINT.parameters, effects=("made_up",)))
+    (tried,) = (c for c in candidates(problem, Values(COBOT_JOINT.parameters), effects=("made_up",)))
     assert tried.anew == {}

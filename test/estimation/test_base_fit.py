@@ -14,6 +14,7 @@ from flex_ident.estimation.base_fit import base_fit, refined, rough_values, sett
 from flex_ident.estimation.estimate import fit_problem, started_values  # noqa: E402
 from flex_ident.likelihood.nuisances import measurement_priors  # noqa: E402
 from flex_ident.parameters import FLEXIBLE_KEYS  # noqa: E402
+from flex_ident.parameters.values import Values  # noqa: E402
 
 
 @pytest.mark.slow
@@ -47,8 +48,8 @@ def test_friction_that_lets_the_joint_creep_does_not_make_the_spring_softer() ->
 def test_what_turns_over_slowly_is_motion() -> None:
     """A reversal of many samples is seen for what it is, and nothing of it is left out."""
     problem = fit_problem(recording_of(made(case_of(161, 8)).recorded, "motor"), sensors="motor")
-    values = {"Jm": 1.0, "FSm": 5.0, "reversal_speed": 0.05}
+    values = Values({"Jm": 1.0, "FSm": 5.0, "reversal_speed": 0.05})
     assert without_creeping(problem, values) is problem
-    quick = {**values, "reversal_speed": 1e-3}
-    assert without_creeping(problem, {**quick, "reversal_speed": 1e-9}) is problem  # nothing creeps
+    quick = values | {"reversal_speed": 1e-3}
+    assert without_creeping(problem, quick | {"reversal_speed": 1e-9}) is problem  # nothing creeps
     assert without_creeping(problem, quick).resting_speed == pytest.approx(0.01)

@@ -7,6 +7,7 @@ from named_cases import COBOT, HIDDEN, flexible_case
 
 from flex_ident.gap import GapOptions, explain
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import HARMONICS
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, virtual_recording
@@ -19,7 +20,7 @@ def problem() -> FitProblem:
 
 @pytest.mark.parametrize("effect", ["torque_ripple", "kinematic_error"])
 def test_a_periodic_effect_is_tried_again_as_its_next_harmonic(problem: FitProblem, effect: str) -> None:
-    values = dict(COBOT_JOINT.parameters)
+    values = Values(COBOT_JOINT.parameters)
     for n in HARMONICS:
         tried = list(candidates(problem, values, effects=(effect,)))
         assert {c.keys for c in tried} == {
@@ -28,22 +29,22 @@ def test_a_periodic_effect_is_tried_again_as_its_next_harmonic(problem: FitProbl
         assert {c.cycles for c in tried} == {f"{effect}.cycles_per_turn{n}"}
         started = tried[0].start((0.3, 0.4))
         assert set(started) == set(tried[0].keys)
-        values.update(dict(zip(tried[0].keys, (0.01, 50.0, 0.1), strict=True)))
+        values |= dict(zip(tried[0].keys, (0.01, 50.0, 0.1), strict=True))
     assert list(candidates(problem, values, effects=(effect,))) == []
 
 
 def test_a_harmonic_that_went_is_tried_again(problem: FitProblem) -> None:
     second = {"torque_ripple.amplitude_2": 1.0, "torque_ripple.cycles_per_turn_2": 50.0, "torque_ripple.phase_2": 0.0}
-    tried = candidates(problem, {**COBOT_JOINT.parameters, **second}, effects=("torque_ripple",))
+    tried = candidates(problem, Values({**COBOT_JOINT.parameters, **second}), effects=("torque_ripple",))
     assert {c.suffix for c in tried} == {""}
 
 
 @pytest.mark.parametrize("effect", ["backlash", "stribeck_friction"])
 def test_what_is_not_periodic_is_tried_once(problem: FitProblem, effect: str) -> None:
-    tried = list(candidates(problem, COBOT_JOINT.parameters, effects=(effect,)))
+    tried = list(candidates(problem, Values(COBOT_JOINT.parameters), effects=(effect,)))
     assert tried
     own = dict.fromkeys(tried[0].keys, 1e-4)
-    assert list(candidates(problem, {**COBOT_JOINT.parameters, **own}, effects=(effect,))) == []
+    assert list(candidates(problem, Values({**COBOT_JOINT.parameters, **own}), effects=(effect,))) == []
 
 
 @pytest.mark.campaign

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.values import Values
 from flex_ident.screening.linear_probe import second_mode_change, transmission_error_change
 from flex_ident.virtual_joint import PAPER_JOINT, PERFECT, Experiment, virtual_recording
 
@@ -12,9 +13,10 @@ from flex_ident.virtual_joint import PAPER_JOINT, PERFECT, Experiment, virtual_r
 def test_a_small_transmission_error_is_seen_as_late_as_the_signals_are(late: dict[str, float]) -> None:
     recording = virtual_recording(PAPER_JOINT, Experiment(duration_s=20.0, sample_rate_hz=500.0), PERFECT)
     problem = FitProblem(recording, sensors="motor+link", band_hz=30.0)
-    values = {**PAPER_JOINT.parameters, **late}
-    probe = {"kinematic_error.amplitude": 1e-5, "kinematic_error.cycles_per_turn": 223.5, "kinematic_error.phase": 0.7}
-    before, after = problem.residuals(values), problem.residuals({**values, **probe})
+    values = Values({**PAPER_JOINT.parameters, **late})
+    wave = {"amplitude": 1e-5, "cycles_per_turn": 223.5, "phase": 0.7}
+    probe = Values.of_effect("kinematic_error", wave)
+    before, after = problem.residuals(values), problem.residuals(values | probe)
     for estimate, r0, r1, allowed in zip(
         transmission_error_change(problem, values, probe), before, after, (0.1, 0.4), strict=True
     ):  # the link's dry friction is left out: good enough to rank
@@ -26,12 +28,12 @@ def test_a_small_transmission_error_is_seen_as_late_as_the_signals_are(late: dic
 def test_a_small_second_mass_is_seen_where_and_as_large_as_it_is(frequency_hz: float) -> None:
     recording = virtual_recording(PAPER_JOINT, Experiment(duration_s=20.0, sample_rate_hz=500.0), PERFECT)
     problem = FitProblem(recording, sensors="motor+link", band_hz=30.0)
-    values = dict(PAPER_JOINT.parameters)
+    values = Values(PAPER_JOINT.parameters)
     omega, inertia = 2.0 * np.pi * frequency_hz, 0.01 * values["JL"]
     second = {"inertia": inertia, "stiffness": inertia * omega**2, "damping": 0.06 * inertia * omega}
-    probe = {f"second_mode.{k}": v for k, v in second.items()}
+    probe = Values.of_effect("second_mode", second)
     before = problem.residuals(values)
-    after = problem.residuals({**values, "JL": values["JL"] - inertia, **probe})
+    after = problem.residuals(values | {"JL": values["JL"] - inertia} | probe)
     for estimate, r0, r1 in zip(second_mode_change(problem, values, problem.terms(probe)), before, after, strict=True):
         change, seen = (r1 - r0)[problem.usable], estimate[problem.usable]
         assert np.linalg.norm(seen - change) < 0.3 * np.linalg.norm(change)

@@ -18,8 +18,8 @@ from flex_ident.gap.reading import read
 from flex_ident.likelihood.gauge import agreed, gauge_information, prior_root
 from flex_ident.likelihood.problem import values_of
 from flex_ident.parameters import read_joint_model
-from flex_ident.parameters.keys import flat_keys
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 from flex_ident.report.curve_plot import curve_plot
 from flex_ident.report.gap_report import gap_html
@@ -85,7 +85,7 @@ def test_who_has_what_both_can_do_is_agreed_on_and_changes_no_prediction() -> No
     assert curve is not None
     at = points_to_both_sides(problem, problem.motion.velocity, 6, problem.resolution)
     torque = 0.1 + 0.5 * np.sign(at) + 0.7 * at + np.sin(3.0 * at)
-    values = {**values_of(COBOT_JOINT), "offset": 0.0, **flat_keys(NAMES[0], curve.parameters_of(at, torque))}
+    values = values_of(COBOT_JOINT) | {"offset": 0.0} | Values.of_effect(NAMES[0], curve.parameters_of(at, torque))
     keys = [k for k in values if "speed_" not in k]
     found = agreed(keys, values, lambda _: (-math.inf, math.inf))
     _, left = curve.table_in({k.partition(".")[2]: v for k, v in found.items() if "." in k})

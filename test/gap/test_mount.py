@@ -12,6 +12,7 @@ from flex_ident.effects import CATALOGUE
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.gap import GapOptions, explain
 from flex_ident.likelihood.problem import values_of
+from flex_ident.parameters.values import Values
 from flex_ident.screening.linear_probe import mount_change
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
@@ -27,7 +28,7 @@ def test_a_heavy_base_is_none() -> None:
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=12.0), CLEAN)
     problem = fit_problem(recording, sensors="motor+link")
     values = values_of(COBOT_JOINT)
-    heavy = {**values, **{f"mount_mode.{k}": v for k, v in base(1e9, 15.0, 0.03).items()}}
+    heavy = values | Values.of_effect("mount_mode", base(1e9, 15.0, 0.03))
     for one, other in zip(problem.residuals(values), problem.residuals(heavy), strict=True):
         assert np.std((one - other)[problem.usable]) < 1e-6 * np.std(problem.torque)
 
@@ -36,9 +37,9 @@ def test_what_a_base_changes_is_ranked_without_a_simulation() -> None:
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=16.0), CLEAN)
     problem = fit_problem(recording, sensors="motor+link")
     values = values_of(COBOT_JOINT)
-    mount = {f"mount_mode.{k}": v for k, v in base(200.0, 18.0, 0.05).items()}
+    mount = Values.of_effect("mount_mode", base(200.0, 18.0, 0.05))
     quick = mount_change(problem, values, problem.terms(mount))
-    before, after = problem.residuals(values), problem.residuals({**values, **mount})
+    before, after = problem.residuals(values), problem.residuals(values | mount)
     for estimate, r0, r1 in zip(quick, before, after, strict=True):
         change = (r1 - r0)[problem.usable]
         alike = estimate[problem.usable] @ change / np.linalg.norm(estimate[problem.usable]) / np.linalg.norm(change)

@@ -9,6 +9,7 @@ from flex_ident.effects.backlash import dead_band_start
 from flex_ident.effects.time_delay import delay_scanned_start
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.gap import explain
+from flex_ident.parameters.values import Values
 from flex_ident.screening.anew import FitScans
 from flex_ident.screening.candidates import scales_of
 from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
@@ -25,7 +26,7 @@ def scans(joint: str, effect: str, *, link: bool, **parameters: float) -> FitSca
     """What an effect is given to find its start with, where the model is right but for the effect."""
     recording = recorded(joint, effect, link=link, **parameters)
     problem = fit_problem(recording, sensors="motor+link" if link else "motor")
-    values = dict(JOINTS[joint].parameters)
+    values = Values(JOINTS[joint].parameters)
     return FitScans(problem, values, scales_of(problem, values))
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flex_ident.filtering.spectral import SpectralFilter
 from flex_ident.likelihood.fit import Fit
+from flex_ident.parameters.values import Values
 
 Floats = NDArray[np.float64]
 RATE, CUTOFF, DECIMATION, SECONDS = 1000.0, 30.0, 10, 40
@@ -53,6 +54,6 @@ def linear_fit(matrix: Floats, target: Floats, *, prior: Floats | None = None, a
     rest = target - matrix @ x
     keys = tuple(f"k{i}" for i in range(p))
     return Fit(
-        keys, dict(zip(keys, map(float, x), strict=True)), -matrix, rest, (np.arange(target.size),),
+        keys, Values().with_vector(keys, x), -matrix, rest, (np.arange(target.size),),
         np.diag(information), (), at_bound, 0.5 * float(rest @ rest),
     )  # fmt: skip

@@ -14,6 +14,7 @@ from flex_ident.likelihood.noise import (
     position_noise,
 )
 from flex_ident.likelihood.problem import FitProblem
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 
 MOTION = 200.0 * chirp(TIME, 0.1, TIME[-1], 0.8 * CUTOFF, "logarithmic")
@@ -87,7 +88,7 @@ def test_recording_is_quiet_where_most_of_it_holds_no_motion(moving: float, quie
 
 
 STEP = 2.0 * np.pi / 2**15
-SPRING = {"Jm": 0.06, "K": 1500.0, "JL": 0.14, "FVm": 0.1, "FV": 0.08, "FSm": 0.0, "FS": 0.0, "MX": 0.0, "MY": 0.0}
+SPRING = Values({"Jm": 0.06, "K": 1500.0, "JL": 0.14, "FVm": 0.1, "FV": 0.08})
 """A link that rings for seconds at 16.5 Hz."""
 
 

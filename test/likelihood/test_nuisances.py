@@ -7,6 +7,7 @@ from flex_ident.effects import CATALOGUE
 from flex_ident.likelihood.nuisances import has_own_clock, measurement_priors, model_priors, strained
 from flex_ident.likelihood.problem import FitProblem, terms_of
 from flex_ident.parameters.prior import Prior
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording, Sampling
 from flex_ident.recording.recording import Role
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
@@ -66,13 +67,13 @@ def test_friction_starts_as_a_step_and_can_become_smooth(problems: dict[str, Fit
     priors = measurement_priors(problem)
     moving = np.abs(problem.sharp.velocity) > 0.02 * np.std(problem.sharp.velocity)
 
-    def away(values: dict[str, float]) -> float:
-        share, coulomb = (problem.friction_share(terms_of(v, rigid=False)) for v in (values, {}))
+    def away(values: Values) -> float:
+        share, coulomb = (problem.friction_share(terms_of(v, rigid=False)) for v in (values, Values()))
         return float(np.mean(np.abs(share - coulomb)[moving]))
 
-    assert away({key: priors[key].start for key in TURNOVER}) < 0.02
+    assert away(Values({key: priors[key].start for key in TURNOVER})) < 0.02
     for key in ("reversal_speed", "presliding"):
-        assert away({key: 3.0 * priors[key].std}) > 0.05, key
+        assert away(Values({key: 3.0 * priors[key].std})) > 0.05, key
 
 
 def test_an_effect_brings_its_own_priors_and_takes_its_nuisance_over(problems: dict[str, FitProblem]) -> None:
@@ -104,6 +105,6 @@ def test_a_link_encoder_in_other_messages_may_have_a_clock_of_its_own() -> None:
 
 def test_friction_that_turns_over_earlier_than_any_is_strained() -> None:
     priors = {"reversal_lead": Prior(0.0, 3e-3, -0.03, 0.03), "torque_delay": Prior(0.0, 1e-3, -3e-3, 3e-3)}
-    assert strained({"reversal_lead": 0.02, "torque_delay": 0.0}, priors) == ("reversal_lead",)
-    assert strained({"reversal_lead": -0.02, "torque_delay": 0.0}, priors) == ("reversal_lead",)
-    assert strained({"reversal_lead": 0.004, "torque_delay": 0.0}, priors) == ()
+    assert strained(Values({"reversal_lead": 0.02, "torque_delay": 0.0}), priors) == ("reversal_lead",)
+    assert strained(Values({"reversal_lead": -0.02, "torque_delay": 0.0}), priors) == ("reversal_lead",)
+    assert strained(Values({"reversal_lead": 0.004, "torque_delay": 0.0}), priors) == ()

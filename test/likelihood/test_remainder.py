@@ -10,6 +10,7 @@ from made_up import RATE, TIME, problem, reduced, white
 
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STRUCTURE
+from flex_ident.parameters.values import Values
 
 MOTION = 50.0 * white(7)
 """A torque in which every cell of time and frequency holds motion, above the band too where it is not filtered."""
@@ -17,7 +18,7 @@ MOTION = 50.0 * white(7)
 
 def left(
     made: Any,
-    values: dict[str, float] | None = None,
+    values: Values | None = None,
     standstill: float = 0.0,
     rounding: float = 0.0,
     most: float = math.inf,
@@ -30,7 +31,7 @@ def left(
         standstill_size=lambda _values: np.full_like(made.torque, most),
         encoder_noise=lambda _values: (np.full_like(made.torque, rounding),),
     )  # fmt: skip
-    fit: Any = SimpleNamespace(values=values or {})
+    fit: Any = SimpleNamespace(values=values or Values())
     return remainder(solver, fit)
 
 
@@ -109,5 +110,5 @@ def test_own_error_is_a_share_of_torque_and_of_dry_friction() -> None:
     made = problem(MOTION, residual=reduced(white()))
     torque = float(np.sqrt(np.mean(made.torque**2)))
     assert left(made).own_error == pytest.approx(OWN_ERROR * torque)
-    dry = left(made, {"FSm": 6.0, "FS": 1.0}).own_error
+    dry = left(made, Values({"FSm": 6.0, "FS": 1.0})).own_error
     assert dry == pytest.approx(np.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * 7.0))

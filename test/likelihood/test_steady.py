@@ -5,10 +5,11 @@ import pytest
 
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 
 RATE, SECONDS = 500.0, 30
-TRUTH = {"J": 2.0, "FV": 3.0, "FS": 0.0, "offset": 0.0}
+TRUTH = Values({"J": 2.0, "FV": 3.0, "FS": 0.0, "offset": 0.0})
 WORSE = (12.0, 16.0)
 """Stretch in which something acts that the model has not, s."""
 
@@ -55,7 +56,7 @@ def test_a_stretch_that_is_worse_weighs_less_and_only_for_the_fit_to_estimate_wi
 def test_jacobian_is_weighted_as_the_residual_is() -> None:
     solver = SteadyFit(rigid_problem(1.0), local=True)
     whitenings = solver.whitenings(TRUTH)
-    there = {**TRUTH, "J": TRUTH["J"] + 1e-3}
+    there = TRUTH | {"J": TRUTH["J"] + 1e-3}
     change = solver.whitened_residual(there, whitenings) - solver.whitened_residual(TRUTH, whitenings)
     column = solver.whitened_jacobian(TRUTH, ("J",), whitenings)[:, 0]
     np.testing.assert_allclose(change / 1e-3, column, atol=1e-4 * float(np.max(np.abs(column))))
@@ -74,10 +75,10 @@ def test_a_worse_stretch_pulls_the_estimate_less() -> None:
 def test_unknown_friction_at_standstill_is_told_from_the_rest() -> None:
     """Friction that does not turn over as Coulomb's does is taken for friction at standstill, if there is any."""
     problem = rigid_problem(friction=4.0)
-    values = {**TRUTH, "FS": 4.0}
+    values = TRUTH | {"FS": 4.0}
     solver = SteadyFit(problem)
     whitening = solver.whitenings(values)[0]
     rest = problem.residuals(values)[0]
     held = solver.standstill_friction(rest, whitening)
     assert float(np.std(held)) < float(np.std(rest))
-    assert not solver.standstill_friction(rest, solver.whitenings({**values, "FS": 0.0})[0]).any()
+    assert not solver.standstill_friction(rest, solver.whitenings(values | {"FS": 0.0})[0]).any()

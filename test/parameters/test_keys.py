@@ -12,10 +12,13 @@ import flex_ident
 from flex_ident.effects import CATALOGUE, key_named
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import FLEXIBLE_KEYS, MEASUREMENT_UNITS, RIGID_KEYS
-from flex_ident.parameters.keys import by_effect, effect_in, flat_keys, key_parts, key_text
+from flex_ident.parameters.keys import effect_in, key_parts, key_text
 
 ROOT = Path(flex_ident.__file__).parent
-CORE = ("parameters", "regression", "simulation", "effects", "estimation", "gap", "virtual_joint")
+CORE = (
+    "parameters", "regression", "simulation", "effects", "likelihood", "screening", "estimation", "gap", "pooling",
+    "virtual_joint",
+)  # fmt: skip
 WRITTEN = (
     *FLEXIBLE_KEYS,
     *MEASUREMENT_UNITS,
@@ -43,17 +46,6 @@ def test_the_side_of_friction_depends_on_the_spring() -> None:
 def test_a_key_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(ConfigurationError, match="unknown"):
         key_named(text)
-
-
-def test_values_come_apart_and_together_again() -> None:
-    values = {"backlash.gap": 1e-3, "K": 2.0, "hysteresis.torque": 1.0, "link_skew": 0.1}
-    own, effects = by_effect(values)
-    assert own == {"K": 2.0, "link_skew": 0.1}
-    assert effects == {"backlash": {"gap": 1e-3}, "hysteresis": {"torque": 1.0}}
-    again = flat_keys(None, own)
-    for effect, parameters in effects.items():
-        again |= flat_keys(effect, parameters)
-    assert again == values
 
 
 def ends_of_sentences(tree: ast.AST) -> Iterator[ast.AST]:

@@ -16,6 +16,7 @@ from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.scoring import following_of, orthonormal, projected, scores
@@ -33,7 +34,7 @@ def linear_fit(target: Floats, matrix: Floats, prior: Floats, at_bound: tuple[st
     part, x = matrix[:, inside], np.zeros(3)
     x[inside] = np.linalg.solve(part.T @ part + np.diag(prior[inside]), part.T @ target)
     rest = target - matrix @ x
-    values = dict(zip(KEYS, map(float, x), strict=True))
+    values = Values().with_vector(KEYS, x)
     return Fit(
         KEYS, values, -matrix, rest, (np.arange(ROWS),), np.diag(prior), (), at_bound, 0.5 * float(rest @ rest)
     )  # fmt: skip
@@ -55,7 +56,7 @@ def test_linear_shift_is_that_of_a_refit() -> None:
     both = np.column_stack((matrix, effect))
     x = np.linalg.lstsq(both, target, rcond=None)[0]
     assert found.sizes[0] == pytest.approx(x[3], rel=1e-6)
-    np.testing.assert_allclose(found.shift, x[:3] - np.array(list(before.values.values())), rtol=1e-6)
+    np.testing.assert_allclose(found.shift, x[:3] - before.values.vector(KEYS), rtol=1e-6)
     rest = target - both @ x
     assert found.gain == pytest.approx(float(before.residual @ before.residual - rest @ rest), rel=1e-6)
 
@@ -67,7 +68,7 @@ def test_model_follows_an_effect_as_its_priors_and_bounds_allow() -> None:
     before = linear_fit(target, matrix, prior, ("b",))
     moved = following_of(before) @ (-0.4 * effect)
     after = linear_fit(target - 0.4 * effect, matrix, prior, ("b",))
-    there = np.array([after.values[k] - before.values[k] for k in KEYS])
+    there = after.values.vector(KEYS) - before.values.vector(KEYS)
     assert moved[1] == 0.0
     np.testing.assert_allclose(moved[[0, 2]], there[[0, 2]], rtol=1e-5)
 
@@ -82,7 +83,7 @@ def rigid(quadratic: float) -> tuple[SteadyFit, Fit]:
     noise = np.random.default_rng(0).normal(0.0, 0.3, t.size)
     torque = 2.0 * a + 3.0 * v + np.sign(v) + quadratic * v * np.abs(v) + noise
     solver = SteadyFit(FitProblem(Recording("j", 500.0, q, torque), rigid=True, band_hz=8.0), local=True)
-    values = {"J": 2.0, "FV": 3.0, "FS": 1.0, "offset": 0.0}
+    values = Values({"J": 2.0, "FV": 3.0, "FS": 1.0, "offset": 0.0})
     return solver, solver.solve(tuple(values), values, solver.whitenings(values))
 
 
@@ -93,7 +94,7 @@ def test_a_suspect_would_move_the_model_as_a_refit_does(quadratic: float, strong
     suspect = found["viscous_nonlinearity"]
     assert suspect.strong is strong
     key = "viscous_nonlinearity.coefficient"
-    refit = solver.solve((*fit.free, key), {**fit.values, key: 0.0}, fit.whitenings)
+    refit = solver.solve((*fit.free, key), fit.values | {key: 0.0}, fit.whitenings)
     own = uncertainty_of(fit, solver.problem.rate_hz)
     for name, shift in named_shift(suspect, fit.free).items():
         assert abs(shift - (refit.values[name] - fit.values[name])) < 0.3 * own.std(name), name
@@ -111,7 +112,7 @@ def test_the_likeliest_is_refitted_further(monkeypatch: pytest.MonkeyPatch) -> N
 
     def part_of_the_way(*args: Any) -> Fit:
         there = sketched(*args)
-        values = {k: 0.8 * v + 0.2 * fit.values.get(k, 0.0) for k, v in there.values.items()}
+        values = Values({k: 0.8 * v + 0.2 * fit.values.get(k, 0.0) for k, v in there.values.items()})
         return replace(there, values=values, cost=0.8 * there.cost + 0.2 * fit.cost)
 
     monkeypatch.setattr("flex_ident.screening.suspects.sketched", part_of_the_way)

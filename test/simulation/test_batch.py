@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flex_ident.likelihood.problem import terms_of
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import link_motion, link_motions
@@ -30,9 +31,9 @@ def motion() -> MotorMotion:
     return motor_motion(0.05 * fade * np.sin(2.0 * np.pi * time * (0.5 + time)), RATE, cutoff_hz=60.0, substeps=2)
 
 
-def moved(values: dict[str, float]) -> list[Floats]:
+def moved(values: Values) -> list[Floats]:
     """Terms of the model and of the same with each of its keys changed a little."""
-    ways = [values, *({**values, key: value * 1.001} for key, value in values.items() if value)]
+    ways = [values, *(values | {key: value * 1.001} for key, value in values.items() if value)]
     return [terms_of(way, rigid=False) for way in ways]
 
 
@@ -43,7 +44,7 @@ def cases() -> list[tuple[str, dict[str, float]]]:
 
 @pytest.mark.parametrize(("joint", "effect"), cases(), ids=lambda e: e if isinstance(e, str) else next(iter(e), ""))
 def test_side_by_side_is_one_by_one(joint: str, effect: dict[str, float]) -> None:
-    many = moved({**JOINTS[joint].parameters, **effect})
+    many = moved(Values({**JOINTS[joint].parameters, **effect}))
     for terms, together in zip(many, link_motions(many, motion()), strict=True):
         alone = link_motion(terms, motion())
         for name in ("spring_torque", "position", "velocity"):
@@ -53,9 +54,9 @@ def test_side_by_side_is_one_by_one(joint: str, effect: dict[str, float]) -> Non
 
 @pytest.mark.parametrize("place", [0, 1, 2])
 def test_links_far_apart_and_one_that_runs_away(place: int) -> None:
-    good = terms_of(dict(COBOT_JOINT.parameters), rigid=False)
-    steep = terms_of({**COBOT_JOINT.parameters, "MY": -30.0, "initial_deflection": 0.5}, rigid=False)
-    wild = terms_of({**COBOT_JOINT.parameters, "K": 1e9, "JL": 1e-3}, rigid=False)
+    good = terms_of(Values(COBOT_JOINT.parameters), rigid=False)
+    steep = terms_of(Values({**COBOT_JOINT.parameters, "MY": -30.0, "initial_deflection": 0.5}), rigid=False)
+    wild = terms_of(Values({**COBOT_JOINT.parameters, "K": 1e9, "JL": 1e-3}), rigid=False)
     many = [good, steep]
     many.insert(place, wild)
     found = link_motions(many, motion())

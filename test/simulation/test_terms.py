@@ -11,6 +11,7 @@ from flex_ident.effects import CATALOGUE, key_named
 from flex_ident.likelihood.links import LinkResponses
 from flex_ident.likelihood.problem import terms_of
 from flex_ident.parameters import UNITS
+from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation import response
 from flex_ident.simulation.batch import side_by_side
@@ -84,7 +85,7 @@ def group(term: Term) -> tuple[Term, ...]:
 def with_term(term: Term, seed: int = 0) -> list[Floats]:
     """The cobot's terms with this one's group on, at random sizes, and the same with the term itself varied."""
     rng = np.random.default_rng([seed, int(term)])
-    terms = terms_of(dict(COBOT_JOINT.parameters), rigid=False)
+    terms = terms_of(Values(COBOT_JOINT.parameters), rigid=False)
     for one in group(term):
         terms[one] = (terms[one] or SIZES[one]) * (1.0 if one in AS_THEY_ARE else rng.uniform(0.7, 1.3))
     many = [terms]
@@ -114,7 +115,7 @@ def test_a_batch_is_what_single_simulations_are_for_every_term(term: Term) -> No
 
 def test_a_second_mass_may_be_less_than_nothing() -> None:
     """A mode above the band is fitted around none at all: the batch and single simulations go on there alike."""
-    terms = terms_of(dict(COBOT_JOINT.parameters), rigid=False)
+    terms = terms_of(Values(COBOT_JOINT.parameters), rigid=False)
     plain = link_motion(terms, motion())
     terms[[Term.SECOND_INERTIA, Term.SECOND_STIFFNESS, Term.SECOND_DAMPING]] = -0.01, -1400.0, -0.15
     terms[Term.LINK_INERTIA] += 0.01
@@ -131,20 +132,20 @@ def test_a_term_moves_the_link_where_its_side_says_so(term: Term) -> None:
     assert all(m > 0.0 for m in moved) if term.moves_link else not any(moved)
 
 
-def flat_values(name: str, seed: int) -> dict[str, float]:
+def values_with(name: str, seed: int) -> Values:
     """The cobot with the effect of that name, random sizes of every parameter it has."""
     rng = np.random.default_rng([seed, len(name)])
     own = {
         p.name: SIZES.get(p.term, 20.0) / p.factor * (1.0 if p.fixed else rng.uniform(0.7, 1.3))
         for p in CATALOGUE[name].parameters
     }
-    return {**COBOT_JOINT.parameters, **{f"{name}.{k}": v for k, v in own.items()}}
+    return Values(COBOT_JOINT.parameters) | Values.of_effect(name, own)
 
 
 @pytest.mark.parametrize("name", list(CATALOGUE))
 def test_a_jacobian_is_what_single_simulations_give_for_every_effect(name: str) -> None:
-    values = flat_values(name, 1)
-    ways = [values, *({**values, key: 1.001 * value} for key, value in values.items())]
+    values = values_with(name, 1)
+    ways = [values, *(values | {key: 1.001 * value} for key, value in values.items())]
     many = [terms_of(way, rigid=False) for way in ways]
     path = motion()
     links = LinkResponses(path, lambda position, _: position)
@@ -165,7 +166,7 @@ def test_a_term_that_the_batch_does_not_know_is_simulated_by_itself(monkeypatch:
         return int(simulated_link(dragged, base, base_rate, step, *filled))
 
     monkeypatch.setattr(response, "simulated_link", with_drag)
-    plain = np.append(terms_of(dict(COBOT_JOINT.parameters), rigid=False), 0.0)
+    plain = np.append(terms_of(Values(COBOT_JOINT.parameters), rigid=False), 0.0)
     many = [plain.copy() for _ in range(6)]
     for drag, terms in enumerate(many[1:]):
         terms[made_up] = 2.0 + drag
@@ -178,7 +179,7 @@ def test_a_term_that_the_batch_does_not_know_is_simulated_by_itself(monkeypatch:
 
 @pytest.mark.skipif(not COMPILED, reason="without numba all are simulated one by one")
 def test_what_only_shapes_a_term_that_is_zero_does_not_leave_the_batch() -> None:
-    terms = terms_of({**COBOT_JOINT.parameters, "kinematic_error.cycles_per_turn": 80.0}, rigid=False)
+    terms = terms_of(Values({**COBOT_JOINT.parameters, "kinematic_error.cycles_per_turn": 80.0}), rigid=False)
     assert side_by_side(terms)
     terms[Term.KINEMATIC_ERROR] = 1e-4
     assert not side_by_side(terms)
