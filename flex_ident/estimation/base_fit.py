@@ -17,10 +17,12 @@ from flex_ident.estimation.thresholds import (
     HARDLY_CREEPS,
     LEAST_MOVING,
     LOWER,
+    SEEN,
     STILL,
     TURNS_OVER,
     WORTH_TRYING,
 )
+from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.minimising import bounded_minimum
 from flex_ident.likelihood.problem import FitProblem
@@ -70,23 +72,26 @@ def base_fit(
 
     values = rough_values(problem, keys, start, priors, step=step)
     solver, fit = refined(problem, keys, settled(problem, values, priors), priors, step=step)
-    moving = without_creeping(problem, fit.values)
+    moving = without_creeping(problem, fit)
     if moving is not problem:
         solver, fit = refined(moving, keys, fit.values, priors)
     return tried_again(solver, fit)
 
 
-def without_creeping(problem: FitProblem, values: Values) -> FitProblem:
+def without_creeping(problem: FitProblem, fit: Fit) -> FitProblem:
     """The problem without what is faster than the encoder resolves and yet no motion: friction that holds the motor
-    lets it creep, and turns over in less time than a sample takes. The same problem where there is little of that.
+    lets it creep, and turns over in less time than a sample takes. The same problem where there is little of that, and
+    where the recording does not show that friction turns over with the speed.
     """
-    inertia, friction = values.get("Jm", values.get("J", 0.0)), dry_friction(values)
-    speed = values.get("reversal_speed", 0.0)
+    inertia, friction = fit.values.get("Jm", fit.values.get("J", 0.0)), dry_friction(fit.values)
+    speed = fit.values.get("reversal_speed", 0.0)
     if inertia * speed > TURNS_OVER * friction * problem.recording.sample_time:
         return problem
     moving = problem.resting_below(CREEPING * speed)
     share = float(moving.usable.sum()) / float(problem.usable.sum())
-    return moving if LEAST_MOVING < share < HARDLY_CREEPS else problem
+    if not LEAST_MOVING < share < HARDLY_CREEPS:
+        return problem
+    return moving if speed > SEEN * uncertainty_of(fit, problem.rate_hz).std("reversal_speed") else problem
 
 
 def refined(

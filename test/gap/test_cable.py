@@ -19,6 +19,7 @@ from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap import GapOptions, explain
 from flex_ident.parameters import Identification
+from flex_ident.parameters.values import Values
 
 WEIGHT = GRAVITY * math.hypot(COBOT.MX, COBOT.MY)
 NARROW, WIDE = 0.1, 0.5
@@ -75,8 +76,8 @@ def test_a_cable_is_named_and_measured_where_the_range_shows_it(sensors: str) ->
 def test_what_may_be_unseen_follows_the_weight_and_a_spring_that_is_known_leaves_the_constant() -> None:
     unseen = CATALOGUE["cable_torque"].unseen
     assert unseen is not None
-    assert unseen({"K": 1e4, "MX": 0.0}) == ()
-    assert [set(one) for one in unseen({"MX": 0.0, "MY": -3.0})] == [{"stiffness"}, {"cosine"}, {"sine"}]
-    known = {"MY": -3.0, "cable_torque.stiffness": 5.0}
-    assert unseen({**known, "cable_torque.torque": 1.0, "offset": 2.0}) == ()
-    assert unseen({**known, "offset": -2.0}) == ({"torque": 2.0},)
+    assert unseen(Values({"K": 1e4, "MX": 0.0})) == ()
+    assert [set(one) for one in unseen(Values({"MX": 0.0, "MY": -3.0}))] == [{"stiffness"}, {"cosine"}, {"sine"}]
+    known = Values({"MY": -3.0, "cable_torque.stiffness": 5.0})
+    assert unseen(known | {"cable_torque.torque": 1.0, "offset": 2.0}) == ()
+    assert unseen(known | {"offset": -2.0}) == ({"torque": 2.0},)

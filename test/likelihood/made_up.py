@@ -36,7 +36,7 @@ def problem(
     return SimpleNamespace(
         recording=SimpleNamespace(motor_torque=torque, motor_position=moved, sample_rate_hz=rate_hz, reference=None),
         motion=SimpleNamespace(position=moved, velocity=np.ones(moved.size), acceleration=np.zeros(moved.size)),
-        resolution=0.0, decimation=decimation, rate_hz=rate_hz / decimation,
+        resolution=0.0, resting_speed=0.0, decimation=decimation, rate_hz=rate_hz / decimation,
         cutoff_hz=CUTOFF, band_hz=CUTOFF / 1.2, torque=filtered, usable=np.ones(filtered.size, bool),
         time=np.arange(filtered.size) * decimation / rate_hz,
         residuals=lambda _values: (filtered if residual is None else residual,),
