@@ -50,8 +50,8 @@ LOWER, WORTH_TRYING = 5.0, 20.0
 by which a few steps from there must lead, under their own weights, to be worth a whole fit. The one recording that
 set the second had 4700."""
 CREEPING = 10.0
-"""Speed, over that at which dry friction turns over, up to which the motor is held: set on recordings 131-136 and 161-35 of
-`bench/coverage.py`, whose FV and K were further off with 5."""
+"""Speed, over that at which dry friction turns over, up to which the motor is held: set on recording 136 of seed 131
+and 35 of seed 161 of `bench/coverage.py`, whose K and FV were further off with 5."""
 TURNS_OVER = 1.0
 """Samples that friction's turning over may take for what creeps to be standstill."""
 LEAST_MOVING, HARDLY_CREEPS = 0.5, 0.995
