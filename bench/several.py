@@ -43,13 +43,13 @@ def of_estimates(draws: int) -> None:
     from flex_ident.pooling.combining import pooled_all
     from flex_ident.pooling.conditions import causes
     from flex_ident.pooling.disagreement import disagreements
-    from flex_ident.pooling.members import values_of
+    from flex_ident.pooling.members import side_by_side
 
     rng = np.random.default_rng(1)
     for count in (2, 3, 5, 10):
         inside = np.zeros(len(KEYS))
         for _ in range(draws):
-            found = pooled_all(values_of(members(rng, count, scatter=rng.normal(0.0, SCATTER, (count, len(KEYS))))))
+            found = pooled_all(side_by_side(members(rng, count, scatter=rng.normal(0.0, SCATTER, (count, len(KEYS))))))
             inside += [abs(own.value - true) <= own.half for own, true in zip(found, TRUTH, strict=True)]
         covered = "  ".join(f"{key} {100 * x / draws:.1f}" for key, x in zip(KEYS, inside, strict=True))
         print(f"{count} recordings, intervals that hold the mean, %: {covered}")
@@ -64,7 +64,7 @@ def of_estimates(draws: int) -> None:
                 column = table[:, CONDITIONS.index(driver)]
                 scatter = np.zeros_like(scatter)
                 scatter[:, 1] = SCATTER * (column - column.mean()) / column.std()
-            given = values_of(members(rng, 10, scatter=scatter))
+            given = side_by_side(members(rng, 10, scatter=scatter))
             found = causes(
                 given, pooled_all(given), [dict(zip(CONDITIONS, map(float, row), strict=True)) for row in table]
             )

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, t
 
-from flex_ident.pooling.members import Values
+from flex_ident.pooling.members import MemberValues
 from flex_ident.pooling.sessions import session_means, within_sessions
 from flex_ident.pooling.thresholds import LEAST_STATISTICAL, TWO_SCATTER
 from flex_ident.recording.recording import Floats
@@ -102,7 +102,7 @@ def _spread(values: Floats, variance: Floats, tau2: float) -> float:
     return float(weights @ (values - weights @ values / weights.sum()) ** 2)
 
 
-def pooled_all(given: Values) -> tuple[Pooled, ...]:
+def pooled_all(given: MemberValues) -> tuple[Pooled, ...]:
     """Each parameter (p) by itself, over the recordings that determine it."""
     found = []
     for k in range(len(given.keys)):
@@ -113,7 +113,7 @@ def pooled_all(given: Values) -> tuple[Pooled, ...]:
     return tuple(found)
 
 
-def pooled_covariance(given: Values, found: tuple[Pooled, ...]) -> Floats:
+def pooled_covariance(given: MemberValues, found: tuple[Pooled, ...]) -> Floats:
     """Covariance (p, p) of the numbers in `found`: each recording's own and the scatter's, by their weights.
 
     How parameters scatter together is taken from the recordings, drawn towards not at all where they are few.

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.stats import f as fisher
 
 from flex_ident.pooling.combining import Pooled
-from flex_ident.pooling.members import Values
+from flex_ident.pooling.members import MemberValues
 from flex_ident.pooling.thresholds import ALIKE, FEWEST_FOR_CONDITION, NAMED, PERMUTATIONS, SCATTERS
 from flex_ident.recording.recording import Floats
 
@@ -42,7 +42,7 @@ class Cause:
 
 
 def causes(
-    given: Values, found: Sequence[Pooled], conditions: Sequence[Mapping[str, Condition]], *, seed: int = 0
+    given: MemberValues, found: Sequence[Pooled], conditions: Sequence[Mapping[str, Condition]], *, seed: int = 0
 ) -> tuple[Cause, ...]:
     """For each parameter that scatters beyond chance the condition that it follows, where one does."""
     designs = _designs(conditions)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t
 
 from flex_ident.pooling.combining import between
-from flex_ident.pooling.members import Values
+from flex_ident.pooling.members import MemberValues
 from flex_ident.pooling.sessions import session_means, within_sessions
 from flex_ident.pooling.thresholds import DISAGREES, FEWEST_TO_DISAGREE
 from flex_ident.recording.recording import Floats
@@ -26,7 +26,7 @@ class Disagreement:
     chance: float
 
 
-def disagreements(given: Values, explained: Collection[str] = ()) -> tuple[Disagreement, ...]:
+def disagreements(given: MemberValues, explained: Collection[str] = ()) -> tuple[Disagreement, ...]:
     """The recordings that disagree, the farthest first; parameters in `explained` scatter by a known condition.
 
     Each is compared with the mean and the scatter of those that are left without it; one that disagrees is taken out
@@ -49,7 +49,7 @@ def disagreements(given: Values, explained: Collection[str] = ()) -> tuple[Disag
     return tuple(found)
 
 
-def _compared(given: Values, left: list[int], index: int, key: str) -> Disagreement | None:
+def _compared(given: MemberValues, left: list[int], index: int, key: str) -> Disagreement | None:
     """One recording against the others by one parameter; None where fewer than three other sessions determine it."""
     k = given.keys.index(key)
     others = [i for i in left if i != index and given.there[i, k]]
@@ -61,7 +61,7 @@ def _compared(given: Values, left: list[int], index: int, key: str) -> Disagreem
     return Disagreement(index, key, stds, 2.0 * float(t.sf(stds, count - 1)))
 
 
-def distance(given: Values, others: list[int], index: int, k: int) -> float:
+def distance(given: MemberValues, others: list[int], index: int, k: int) -> float:
     """Standard deviations of recording `index` from what `others` predict of parameter `k`, their scatter in them.
 
     Others of one session count as one, but where all recordings are of one.

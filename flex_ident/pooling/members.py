@@ -41,7 +41,7 @@ class Member:
 
 
 @dataclass(frozen=True)
-class Values:
+class MemberValues:
     """The members' values (n, p) of `keys`, NaN where a recording does not determine one, their covariances (n, p, p),
     zero there, the standard deviations (n, p) that the method shares between recordings, and each one's session (n)."""
 
@@ -58,7 +58,7 @@ class Values:
         return found
 
 
-def values_of(members: Sequence[Member]) -> Values:
+def side_by_side(members: Sequence[Member]) -> MemberValues:
     """All parameters that at least one of the members determines, in the order of the first that does."""
     keys = tuple(dict.fromkeys(key for m in members for key in m.known))
     shape = (len(members), len(keys))
@@ -70,4 +70,4 @@ def values_of(members: Sequence[Member]) -> Values:
         values[i, at] = [member.value(key) for key in own]
         covariances[i][np.ix_(at, at)] = member.covariance.of(own)
         systematic[i, at] = member.covariance.systematic[[member.covariance.keys.index(key) for key in own]]
-    return Values(keys, values, covariances, systematic, sessions_of([m.start_time_s for m in members]))
+    return MemberValues(keys, values, covariances, systematic, sessions_of([m.start_time_s for m in members]))

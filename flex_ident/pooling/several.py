@@ -15,7 +15,7 @@ from flex_ident.parameters import Covariance, Parameter, Verdict
 from flex_ident.pooling.combining import NORMAL, Pooled, pooled_all, pooled_covariance
 from flex_ident.pooling.conditions import Cause, causes
 from flex_ident.pooling.disagreement import Disagreement, disagreements, distance
-from flex_ident.pooling.members import Member, Values, values_of
+from flex_ident.pooling.members import Member, MemberValues, side_by_side
 from flex_ident.pooling.thresholds import LARGEST_ESSENTIAL_ERROR, SCATTERS
 from flex_ident.pooling.torque_scale import Estimate, Load, TorqueScale, torque_scale
 from flex_ident.pooling.unloading import unloaded
@@ -34,7 +34,7 @@ class Several:
     """
 
     members: tuple[Member, ...]
-    given: Values
+    given: MemberValues
     pooled: tuple[Pooled, ...]
     parameters: tuple[Parameter, ...]
     covariance: Covariance
@@ -53,7 +53,7 @@ def several(
     the mass turns into a torque. Raises DataError for fewer than two members."""
     if len(members) < 2:
         raise DataError("fewer than two recordings can be used: there is nothing to put together.")
-    raw = values_of(members)
+    raw = side_by_side(members)
     scale = None if loads is None else torque_scale(raw, loads, slides=slides)
     given = raw if loads is None or scale is None else unloaded(raw, loads, scale, slides=slides, assumed=not current)
     given = _only(given, [k for k in range(len(given.keys)) if given.there[:, k].any()])
@@ -99,16 +99,16 @@ def _open(p: Parameter) -> list[Notice]:
     return [Notice(Code.SCATTER_TOO_LARGE, p.key, {"value": p.value, "two_std": 2.0 * p.std}, {"unit": p.unit})]
 
 
-def _only(given: Values, columns: Sequence[int]) -> Values:
+def _only(given: MemberValues, columns: Sequence[int]) -> MemberValues:
     """The values of some of the keys."""
-    return Values(
+    return MemberValues(
         tuple(given.keys[k] for k in columns), given.values[:, columns],
         given.covariances[:, columns][:, :, columns], given.systematic[:, columns], given.sessions,
     )  # fmt: skip
 
 
 def _parameters(
-    members: Sequence[Member], given: Values, values: Floats, stds: Floats, multiplied: float
+    members: Sequence[Member], given: MemberValues, values: Floats, stds: Floats, multiplied: float
 ) -> tuple[Parameter, ...]:
     """The parameters of all members in their order; those that none determines with an infinite deviation."""
     found = []
@@ -129,7 +129,11 @@ def _parameters(
 
 
 def _scatter_notices(
-    members: Sequence[Member], given: Values, found: Sequence[Pooled], named: Sequence[Cause], units: dict[str, str]
+    members: Sequence[Member],
+    given: MemberValues,
+    found: Sequence[Pooled],
+    named: Sequence[Cause],
+    units: dict[str, str],
 ) -> list[Notice]:
     by_key = {cause.key: cause for cause in named}
     notices = []
@@ -158,7 +162,7 @@ def _case(cause: Cause | None, own: Pooled) -> str:
     return "alike" if cause.alike else "condition"
 
 
-def farthest(given: Values, k: int) -> int:
+def farthest(given: MemberValues, k: int) -> int:
     """The recording that lies farthest from what the others say of parameter `k`, in standard deviations."""
     rows = [int(i) for i in np.flatnonzero(given.there[:, k])]
     if len(rows) < 2:
@@ -166,7 +170,7 @@ def farthest(given: Values, k: int) -> int:
     return max(rows, key=lambda i: distance(given, [j for j in rows if j != i], i, k))
 
 
-def _apart(members: Sequence[Member], apart: Sequence[Disagreement], given: Values) -> list[Notice]:
+def _apart(members: Sequence[Member], apart: Sequence[Disagreement], given: MemberValues) -> list[Notice]:
     found = []
     for own in apart:
         sizes = {"stds": own.stds, "chance": own.chance, "others": given.values.shape[0] - 1.0}

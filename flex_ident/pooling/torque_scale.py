@@ -22,7 +22,7 @@ from scipy.stats import chi2, norm, t
 
 from flex_ident.errors import UsageError
 from flex_ident.pooling.combining import NORMAL
-from flex_ident.pooling.members import Values
+from flex_ident.pooling.members import MemberValues
 from flex_ident.pooling.thresholds import DIFFERENT_SCALES, LARGEST_SCALE_ERROR, SCALE_OFF_STDS, SCATTERS
 from flex_ident.recording.recording import Floats
 
@@ -99,7 +99,7 @@ class _Line:
     quantile: float
 
 
-def torque_scale(given: Values, loads: Sequence[Load], *, slides: bool = False) -> TorqueScale:
+def torque_scale(given: MemberValues, loads: Sequence[Load], *, slides: bool = False) -> TorqueScale:
     """The scale from recordings with and without known masses, in the order of `given`."""
     added = np.array([load.mass if slides else load.inertia for load in loads])
     moments = np.array([(load.mass * load.x, load.mass * load.y) for load in loads])
@@ -121,7 +121,7 @@ def torque_scale(given: Values, loads: Sequence[Load], *, slides: bool = False) 
     return _joined(given, added, moments, by_inertia, by_gravity, (inertia, gravity), angle or 0.0)
 
 
-def _by_inertia(given: Values, added: Floats) -> _Line | None:
+def _by_inertia(given: MemberValues, added: Floats) -> _Line | None:
     """Intercept and b from the link's inertias; None where they do not tell."""
     key = next((key for key in INERTIAS if key in given.keys), None)
     if key is None:
@@ -134,7 +134,7 @@ def _by_inertia(given: Values, added: Floats) -> _Line | None:
     return _fitted(design, given.values[rows, k], np.diag(given.covariances[rows, k, k]))
 
 
-def _by_gravity(given: Values, moments: Floats) -> _Line | None:
+def _by_gravity(given: MemberValues, moments: Floats) -> _Line | None:
     """Intercepts, u and v from the link's first moments; None where they do not tell."""
     found = _gravity_rows(given, moments)
     if found is None:
@@ -143,7 +143,7 @@ def _by_gravity(given: Values, moments: Floats) -> _Line | None:
     return _fitted(design, target, covariance)
 
 
-def _gravity_rows(given: Values, moments: Floats) -> tuple[Floats, Floats, Floats, list[int]] | None:
+def _gravity_rows(given: MemberValues, moments: Floats) -> tuple[Floats, Floats, Floats, list[int]] | None:
     """Design (2 m, 4), target (2 m,) and covariance of MX and MY of the m recordings that have both, and which.
 
     Without what the method shares between the recordings, as what pulls beside gravity: the intercepts have it.
@@ -214,7 +214,7 @@ def _alone(
 
 
 def _joined(
-    given: Values, added: Floats, moments: Floats, by_inertia: _Line, by_gravity: _Line,
+    given: MemberValues, added: Floats, moments: Floats, by_inertia: _Line, by_gravity: _Line,
     own: tuple[Estimate, Estimate], angle: float,
 ) -> TorqueScale:  # fmt: skip
     """Both together, with what connects their errors within a recording, and the chance of them to differ as much."""

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flex_ident.pooling.members import Values
+from flex_ident.pooling.members import MemberValues
 from flex_ident.pooling.torque_scale import INERTIAS, Load, TorqueScale
 
 
-def unloaded(given: Values, loads: Sequence[Load], scale: TorqueScale, *, slides: bool, assumed: bool) -> Values:
+def unloaded(
+    given: MemberValues, loads: Sequence[Load], scale: TorqueScale, *, slides: bool, assumed: bool
+) -> MemberValues:
     """The values that the link has without the loads, uncertain by the scale too.
 
     Where the scale is not known it is taken as 1 if that is `assumed`; else what a loaded recording says of the link
@@ -43,4 +45,4 @@ def unloaded(given: Values, loads: Sequence[Load], scale: TorqueScale, *, slides
                 if part.any():
                     values[i, k] = np.nan
                     covariances[i, k, :] = covariances[i, :, k] = 0.0
-    return Values(given.keys, values, covariances, given.systematic, given.sessions)
+    return MemberValues(given.keys, values, covariances, given.systematic, given.sessions)

@@ -5,7 +5,7 @@ import pytest
 from drawn import KEYS, TRUTH, members
 
 from flex_ident.pooling.combining import between, pooled, pooled_all, pooled_covariance
-from flex_ident.pooling.members import values_of
+from flex_ident.pooling.members import side_by_side
 
 DRAWS = 1500
 
@@ -66,7 +66,7 @@ def test_the_covariance_is_that_of_the_means_over_many_draws() -> None:
     means, matrices = [], []
     for _ in range(400):
         together = rng.normal(0.0, 0.03, (10, 1)) * np.array([0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
-        given = values_of(members(rng, 10, scatter=together))
+        given = side_by_side(members(rng, 10, scatter=together))
         found = pooled_all(given)
         means.append([own.value for own in found])
         matrices.append(pooled_covariance(given, found))

@@ -7,7 +7,7 @@ from drawn import KEYS, members
 from flex_ident.pooling.combining import pooled_all
 from flex_ident.pooling.conditions import Cause, causes
 from flex_ident.pooling.disagreement import disagreements
-from flex_ident.pooling.members import values_of
+from flex_ident.pooling.members import side_by_side
 
 CONDITIONS = ("amplitude", "mean position", "speed", "duration", "payload", "temperature", "gain", "date")
 FOLLOWING = np.array([0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
@@ -24,7 +24,7 @@ def drawn_set(rng: np.random.Generator, driver: str | None, count: int = 10) -> 
         column = table[:, CONDITIONS.index(driver)]
         scatter = 0.03 * ((column - column.mean()) / column.std())[:, None] * FOLLOWING
     conditions = [dict(zip(CONDITIONS, map(float, row), strict=True)) for row in table]
-    given = values_of(members(rng, count, scatter=scatter))
+    given = side_by_side(members(rng, count, scatter=scatter))
     found = causes(given, pooled_all(given), conditions)
     return found, bool(disagreements(given, {c.key for c in found}))
 
@@ -54,7 +54,7 @@ def test_a_slope_and_a_text_and_what_cannot_be_told_apart() -> None:
     conditions = [
         {"temperature": t, "hour": t / 2.0 + 0.1 * rng.normal(), "drive": "b" if t > 30.0 else "a"} for t in warm
     ]
-    given = values_of(members(rng, 8, scatter=scatter))
+    given = side_by_side(members(rng, 8, scatter=scatter))
     [found] = causes(given, pooled_all(given), conditions)  # type: ignore[arg-type]
     assert found.key == "K"
     assert found.condition in ("temperature", "hour")
@@ -62,7 +62,7 @@ def test_a_slope_and_a_text_and_what_cannot_be_told_apart() -> None:
     assert found.slope == pytest.approx(20.0 if found.condition == "temperature" else 40.0, rel=0.15)
     kinds = [{"drive": "old" if i % 2 else "new"} for i in range(8)]
     scatter = np.outer([0.0, 0.05] * 4, np.eye(len(KEYS))[KEYS.index("K")])
-    given = values_of(members(rng, 8, scatter=scatter))
+    given = side_by_side(members(rng, 8, scatter=scatter))
     [found] = causes(given, pooled_all(given), kinds)
     assert (found.condition, found.key) == ("drive", "K")
 
@@ -79,6 +79,6 @@ def test_a_recording_that_disagrees_is_named_first() -> None:
     for _ in range(50):
         scatter = rng.normal(0.0, 0.01, (8, 8)) * FOLLOWING
         scatter[3, KEYS.index("K")] += 0.2
-        found = disagreements(values_of(members(rng, 8, scatter=scatter)))
+        found = disagreements(side_by_side(members(rng, 8, scatter=scatter)))
         hits += bool(found) and (found[0].index, found[0].key) == (3, "K")
     assert hits >= 45

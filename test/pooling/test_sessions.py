@@ -6,7 +6,7 @@ from drawn import KEYS, TRUTH, members
 
 from flex_ident.notices import Code
 from flex_ident.pooling.combining import pooled_all
-from flex_ident.pooling.members import values_of
+from flex_ident.pooling.members import side_by_side
 from flex_ident.pooling.sessions import session_means, sessions_of
 from flex_ident.pooling.several import several
 from flex_ident.pooling.thresholds import SESSION_S
@@ -73,7 +73,7 @@ def test_without_dates_and_one_recording_a_day_nothing_is_different() -> None:
     rng = np.random.default_rng(5)
     scatter = 0.03 * rng.normal(size=(6, len(KEYS)))
     plain, dated = (
-        pooled_all(values_of(members(np.random.default_rng(6), 6, scatter=scatter, days=days)))
+        pooled_all(side_by_side(members(np.random.default_rng(6), 6, scatter=scatter, days=days)))
         for days in (None, [5.0 * i for i in range(6)])
     )
     assert [own.half for own in plain] == [own.half for own in dated]

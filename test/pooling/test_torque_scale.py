@@ -10,7 +10,7 @@ from flex_ident.errors import UsageError
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Covariance
-from flex_ident.pooling.members import Member, values_of
+from flex_ident.pooling.members import Member, side_by_side
 from flex_ident.pooling.several import several
 from flex_ident.pooling.torque_scale import Load, TorqueScale, torque_scale
 from flex_ident.report.sentences import sentence
@@ -38,7 +38,7 @@ def scales(
     for _ in range(draws):
         true = float(rng.uniform(0.8, 1.2))
         drawn = members(rng, len(loads), scale=true, added=added(loads, **given), own=own)
-        found.append((true, torque_scale(values_of(drawn), loads)))
+        found.append((true, torque_scale(side_by_side(drawn), loads)))
     return found
 
 
@@ -83,7 +83,7 @@ def test_what_the_recordings_share_does_not_hide_the_weight_that_was_added() -> 
     for seed in range(10):
         drawn = members(np.random.default_rng((29, seed)), 2, scale=1.1, added=added(LOADS))
         apart = [_with_shared(m, {"MX": 0.2, "MY": 1.2}) for m in drawn]
-        one, other = (torque_scale(values_of(d), LOADS).gravity for d in (drawn, apart))
+        one, other = (torque_scale(side_by_side(d), LOADS).gravity for d in (drawn, apart))
         assert one is not None
         assert other is not None
         assert (other.value, other.std) == pytest.approx((one.value, one.std), rel=1e-6)
@@ -102,14 +102,14 @@ def test_friction_is_not_mixed_up_with_the_scale() -> None:
     more = np.zeros((2, len(KEYS)))
     more[1, [KEYS.index(k) for k in ("FVm", "FSm", "FV")]] = 0.5  # the load makes friction grow by half
     drawn = members(rng, 2, scatter=more, added=added(LOADS), scale=1.1, own=0.2)
-    found = torque_scale(values_of(drawn), LOADS)
+    found = torque_scale(side_by_side(drawn), LOADS)
     assert found.both is not None
     assert found.both.value == pytest.approx(1.1, rel=0.005)
 
 
 def test_a_slide_weighs_what_it_carries() -> None:
     drawn = members(np.random.default_rng(25), 2, added=np.array([[0.0] * 8, [0, 0, 5.0, 0, 0, 0, 0, 0]]), scale=0.9)
-    found = torque_scale(values_of(drawn), [Load(), Load(5.0)], slides=True)
+    found = torque_scale(side_by_side(drawn), [Load(), Load(5.0)], slides=True)
     assert found.both is not None
     assert found.both.value == pytest.approx(0.9, rel=0.02)
 
