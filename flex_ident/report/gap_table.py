@@ -112,10 +112,7 @@ def gap_text(explanation: GapExplanation) -> str:
     if e.not_testable:
         lines += ["", "could not have been seen in this recording:"]
         lines += [f"  {u.effect}: {u.experiment or 'another motion'} would show it" for u in e.not_testable]
-    said = warnings_of(e)
-    harmless = told(n for n in e.final.notices if n.severity == "info")
-    notes = (*told(e.notices), *(text for text in said if text in harmless))
-    warnings = [text for text in said if text not in harmless]
+    notes, warnings = told(e.notices), warnings_of(e)
     if notes or warnings:
         lines += ["", *(f"note: {text}" for text in notes), *(f"warning: {text}" for text in warnings)]
     return "\n".join(lines)

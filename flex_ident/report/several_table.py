@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 from flex_ident.notices import Notice
 from flex_ident.report.sentences import sentence
@@ -58,12 +57,11 @@ def several_text(joined: JoinedResult) -> str:
     lines += [text_table(header, rows, right=range(2, len(header))), ""]
     if joined.in_amperes and found.multiplied != 1.0:
         lines += [IN_CURRENT, ""]
-    lines += [f"warning: {text}" for text in said([n for n in found.notices if n.severity != "info"])]
-    lines += [f"note: {text}" for text in said([n for n in found.notices if n.severity == "info"])]
+    lines += [f"warning: {text}" for text in said(found.notices)]
     return "\n".join(lines)
 
 
-def said(notices: Iterable[Notice]) -> list[str]:
+def said(notices: tuple[Notice, ...]) -> list[str]:
     """The sentence of each notice once, those that doubt first."""
     first = sorted(notices, key=lambda n: n.severity == "info")
     return list(dict.fromkeys(sentence(n) for n in first))

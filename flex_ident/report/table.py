@@ -113,5 +113,5 @@ def result_text(result: Identification) -> str:
     for p in result.measurement:
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
             lines.append(f"measurement: {delay_text(p, prismatic=prismatic)}, corrected for")
-    lines += [f"{'note' if n.severity == 'info' else 'warning'}: {sentence(n)}" for n in result.notices]
+    lines += [f"warning: {sentence(n)}" for n in result.notices]
     return "\n".join(lines)

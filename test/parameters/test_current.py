@@ -49,7 +49,7 @@ def test_amperes_are_never_printed_as_newton_metres(
     given = ["--motor-position", "/motor_current:a.position", "--effort", "/motor_current:a.effort", "--rigid"]
     given += [] if scale is None else ["--effort-scale", scale]
     assert identify_bag([str(bag(tmp_path / "b")), *given, "--out", str(tmp_path / "out")]) == 0
-    table = capsys.readouterr().out.partition("parameter")[2].partition("modes")[0].partition("note:")[0]
+    table = capsys.readouterr().out.partition("parameter")[2].partition("modes")[0].partition("warning")[0]
     content = json.loads((tmp_path / "out" / "result.json").read_text())
     assert content["verdict"] == "trusted"
     assert ("FV/J" in content["combined"]) == (not scale)

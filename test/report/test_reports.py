@@ -117,7 +117,7 @@ def test_shares_of_the_gap_are_words_where_numbers_would_puzzle() -> None:
 
 def test_the_terminal_shows_the_recordings_warnings_once() -> None:
     text = gap_text(explanation())
-    assert text.count("note: 3.00 % of the recording lies in gaps") == 1
+    assert text.count("warning: 3.00 % of the recording lies in gaps") == 1
     assert sentence(LEAVES) not in text
     header = text.splitlines()[2]
     assert header.endswith("change")
