@@ -119,29 +119,39 @@ def refined(
 
 
 def tried_again(solver: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
-    """The fit, or the one that is found with all nuisances where they start, if its likelihood is clearly higher.
-
-    Each is weighted by the noise that it sees itself: the other must win under the weights of both.
-    """
-    priors = solver.priors
-    again = fit.values | {k: p.start for k, p in priors.items() if k not in NOT_PUT_BACK}
+    """The fit, or the one that is found with all nuisances where they start, if its likelihood is clearly higher."""
     try:
-        for _ in range(AGAIN_ROUNDS):
-            weights = solver.whitenings(again)
-            again = solver.solve(
-                fit.free, again, weights, iterations=AGAIN_ITERATIONS, tolerance=AGAIN_TOLERANCE, rough=True
-            ).values
-        if _cost(solver, again, weights) > _cost(solver, fit.values, weights) - WORTH_TRYING:
+        again = with_nuisances_anew(solver, fit)
+        if again is None:
             return solver, fit
-        keys = [k for k in fit.free if k not in priors]
-        own, found = refined(solver.problem, keys, again, priors)
+        keys = [k for k in fit.free if k not in solver.priors]
+        own, found = refined(solver.problem, keys, again, solver.priors)
     except ExcitationError:
         return solver, fit
-    wins = [
+    return (own, found) if clearly_lower(solver, found, fit) else (solver, fit)
+
+
+def with_nuisances_anew(solver: SteadyFit, fit: Fit) -> Values | None:
+    """Where the fit goes with all nuisances put back to where they start; None where that is no better.
+
+    Raises ExcitationError.
+    """
+    again = fit.values | {k: p.start for k, p in solver.priors.items() if k in fit.free and k not in NOT_PUT_BACK}
+    for _ in range(AGAIN_ROUNDS):
+        weights = solver.whitenings(again)
+        again = solver.solve(
+            fit.free, again, weights, iterations=AGAIN_ITERATIONS, tolerance=AGAIN_TOLERANCE, rough=True
+        ).values
+    worse = _cost(solver, again, weights) > _cost(solver, fit.values, weights) - WORTH_TRYING
+    return None if worse else again
+
+
+def clearly_lower(solver: SteadyFit, found: Fit, fit: Fit) -> bool:
+    """Whether a fit is clearly better than another: under the weights of both, each the noise that it sees itself."""
+    return all(
         _cost(solver, found.values, f.whitenings) < _cost(solver, fit.values, f.whitenings) - LOWER
         for f in (fit, found)
-    ]
-    return (own, found) if all(wins) else (solver, fit)
+    )  # fmt: skip
 
 
 def _cost(solver: SteadyFit, values: Values, whitenings: tuple[Whitening, ...]) -> float:

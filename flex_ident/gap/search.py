@@ -18,6 +18,7 @@ from flex_ident.gap.trials import (
     excess_of,
     final_polish,
     tried,
+    unstuck,
 )
 from flex_ident.gap.weighing import only_a_cause, weighed
 from flex_ident.likelihood.fit import Fit
@@ -63,7 +64,7 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
         best = _moved_on(search, best)
         search.accepted.append(Accepted(best, False, search.fit, others))
         search.solver = best.solver
-        search.fit = final_polish(best.solver, best.fit)
+        search.fit = unstuck(best.solver, final_polish(best.solver, best.fit))
         search = weighed(search, solver, base)
         if all(a.trial.candidate is not best.candidate for a in search.accepted):  # it only led the others on
             if best.effect in led_on:

@@ -40,8 +40,6 @@ Stribeck peak of 5.9 ± 11 N m was accepted on a joint that had none (`cases/fas
 SIGNIFICANT = 3.0
 SIGNIFICANT_SHAPE = 2.0
 """Standard deviations to which its shape must be known: hysteresis over no deflection at all is dry friction."""
-OWN_ERROR = 1e-3
-"""Change of the prediction, relative, that the method's own error may make."""
 WORTH_ANOTHER = 0.8
 """Share of the cost that such a round must leave at most for another to follow."""
 CARRIED_T = 2.5

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, effect_named, parameter_named
+from flex_ident.errors import ExcitationError
+from flex_ident.estimation.base_fit import clearly_lower, with_nuisances_anew
 from flex_ident.gap.thresholds import (
     EVIDENCE,
     HELD_OUT_T,
     LEAST_PERIODS,
-    OWN_ERROR,
     SIGNIFICANT,
     SIGNIFICANT_SHAPE,
     SMALLEST_SHARE,
@@ -23,6 +24,7 @@ from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_o
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_OF_LINK
 from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
@@ -166,12 +168,9 @@ def _objection(
     if held.t < needed:
         needed = min(needed, HELD_OUT_T[-1][1])
         return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {needed} needed)"
-    change = _change(solver, before, fit)
-    if change < own_error:
-        return (
-            f"it changes the prediction by {100 * change:.2f} % only; what is in the model already may be wrong by "
-            f"{100 * own_error:.2f} %"
-        )
+    little = within_own_error(_changes(solver, before, fit), own_error)
+    if little:
+        return little
     rise = _torque_rms(solver, fit) / _torque_rms(solver, before) - 1.0
     if rise > 0.002:
         return f"the torque's gap grows by {100 * rise:.1f} % with it"
@@ -197,20 +196,39 @@ def _objection(
     return ""
 
 
+def within_own_error(changes: Mapping[str, float], own_error: float) -> str:
+    """That an effect changes the prediction by less than the model without it may be wrong by; empty where it does not.
+
+    `changes`: of torque and, with a link encoder, deflection, relative; `own_error`: of the torque, likewise.
+    """
+    errors = {"torque": own_error, "deflection": max(own_error, OWN_ERROR_OF_LINK)}
+    if any(change >= errors[name] for name, change in changes.items()):
+        return ""
+    return "; ".join(
+        f"it changes the {name} by {100 * change:.2f} % only, where the model without it may be wrong by "
+        f"{100 * errors[name]:.2f} %"
+        for name, change in changes.items()
+    )
+
+
 def own_error_of(solver: SteadyFit, accepted: Sequence[tuple[str, Fit, Fit]]) -> float:
     """Change of the prediction, relative, that method and laws may make: effects with the fits before and after."""
-    laws = [effect_named(name).law_error * _change(solver, before, after) for name, before, after in accepted]
+    laws = [
+        effect_named(name).law_error * max(_changes(solver, before, after).values()) for name, before, after in accepted
+    ]
     return max(OWN_ERROR, math.hypot(*laws))
 
 
-def _change(solver: SteadyFit, before: Fit, after: Fit) -> float:
-    """By how much the prediction changes, relative to the torque or the deflection, whichever changes more."""
+def _changes(solver: SteadyFit, before: Fit, after: Fit) -> dict[str, float]:
+    """By how much the predicted torque and, with a link encoder, the predicted deflection change, each relative."""
     problem, rows = solver.problem, solver.problem.usable
-    sizes = [float(np.std(problem.torque[rows]))]
+    sizes = {"torque": float(np.std(problem.torque[rows]))}
     if problem.link is not None:
-        sizes.append(float(np.std((problem.motion.position[:: problem.decimation] - problem.link)[rows])))
+        sizes["deflection"] = float(np.std((problem.motion.position[:: problem.decimation] - problem.link)[rows]))
     one, two = problem.residuals(before.values), problem.residuals(after.values)
-    return max(float(np.std((b - a)[rows])) / size for a, b, size in zip(one, two, sizes, strict=True))
+    return {
+        name: float(np.std((b - a)[rows])) / size for (name, size), a, b in zip(sizes.items(), one, two, strict=True)
+    }
 
 
 def _torque_rms(solver: SteadyFit, fit: Fit) -> float:
@@ -232,3 +250,18 @@ def _weakest(solver: SteadyFit, fit: Fit, keys: Sequence[str], least: float = SI
 def final_polish(solver: SteadyFit, fit: Fit) -> Fit:
     """The fit converged once more with the noise's whitening taken from what is left."""
     return solver.solve(fit.free, fit.values, solver.whitenings(fit.values), iterations=ITERATIONS, tolerance=1e-6)
+
+
+def unstuck(solver: SteadyFit, fit: Fit) -> Fit:
+    """The fit, or the one that is found with all nuisances where they start, if that is clearly better.
+
+    What was missing until now had drawn delay, lag and the instants of reversal along, and they may be caught there.
+    """
+    try:
+        again = with_nuisances_anew(solver, fit)
+        if again is None:
+            return fit
+        found = solver.solve(fit.free, again, solver.whitenings(again), iterations=ITERATIONS, tolerance=1e-6)
+    except ExcitationError:
+        return fit
+    return found if clearly_lower(solver, found, fit) else fit
