@@ -62,6 +62,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     from flex_ident.jobs.sets import refuse_of_one
     from flex_ident.report.folder import GAP_REPORT
     from flex_ident.report.gap_table import gap_text
+    from flex_ident.report.simulator_table import simulator_text
 
     if given.method != "auto":
         raise UsageError(f"--method {given.method}: explain_gap knows only auto. identify_bag has the other methods.")
@@ -85,8 +86,6 @@ def _run(arguments: Sequence[str] | None) -> int:
     elif not quiet:
         print(f"\n{gap_text(done.explanation)}\n{done.answers}")
         if done.simulator is not None:
-            from flex_ident.report.simulator_table import simulator_text
-
             print(f"\n{simulator_text(done.simulator)}")
         print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
         if done.beside_result:
@@ -103,6 +102,7 @@ def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
     from flex_ident.jobs.places import place_of
     from flex_ident.jobs.sets import set_name
     from flex_ident.report.gap_set_table import gap_set_text
+    from flex_ident.report.simulator_table import simulator_text
 
     quiet = bool(given.quiet or given.json)
     place = replace(place_of(values, Path(set_name(given.bag)), needed=not given.json), shared=False)
@@ -115,7 +115,10 @@ def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
         json.dump(done.content, sys.stdout, allow_nan=False)
         print()
     elif not quiet:
-        print(f"\n{gap_set_text(done.result)}\n\nwritten: {', '.join(str(p) for p in done.paths.values())}")
+        print(f"\n{gap_set_text(done.result)}")
+        if done.simulator is not None:
+            print(f"\n{simulator_text(done.simulator)}")
+        print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
     unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
     return REJECTED if done.content["verdict"] == "rejected" else unwritten
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,9 +11,7 @@ from flex_ident.errors import DataError
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.explain import explain
-from flex_ident.gap.explanation import GapExplanation
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.search import Progress
 from flex_ident.gap.thresholds import OFF_SIGMAS
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.parameters.keys import effect_in
@@ -52,11 +51,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class SimulatorGap:
-    """What the simulation says of itself, its parameters against the measured ones, and the measurement's own gap."""
+    """What the simulation says of itself, and its parameters against the measured ones."""
 
     simulated: Identification
     differences: tuple[Difference, ...]
-    explanation: GapExplanation
     lacks: tuple[str, ...]
     """Effects that the measurement shows and the simulation does not have."""
     has_too_much: tuple[str, ...]
@@ -64,15 +62,15 @@ class SimulatorGap:
 
 
 def compared_with_simulator(
-    measured: Recording, simulated: Recording, options: GapOptions, *, progress: Progress | None = None
+    simulated: Recording, measured: Sequence[Parameter], shown: Sequence[str], options: GapOptions, sensors: str
 ) -> SimulatorGap:
-    """Both recordings explained; the effects found only in the measurement are what the simulation lacks.
+    """The simulated recording explained, against `measured` parameters and the effects that the measurement has
+    `shown` with those `sensors`.
 
     Raises DataError when the simulated recording says nothing of its own model.
     """
-    explanation = explain(measured, options, progress=progress)
-    sensors = explanation.sensors if simulated.link_position is not None else "motor"
-    own = explain(simulated, replace(options, sensors=sensors, model=None))
+    sensors = sensors if simulated.link_position is not None else "motor"
+    own = explain(simulated, replace(options, sensors=sensors, model=None, add=()))
     if not own.determined:
         raise DataError(
             f"the simulated recording, {simulated.path}, does not determine its own model: let the simulation play the "
@@ -82,13 +80,15 @@ def compared_with_simulator(
     if not own.findings:
         base = identify(simulated, IdentifyOptions(sensors=sensors, rigid=options.rigid), prismatic=options.prismatic)
     found = {p.key: p for p in base.parameters}
-    differences = tuple(
-        Difference(found[p.key], p) for p in explanation.final.parameters if p.key in found and effect_in(p.key) is None
-    )
-    has = {f.effect for f in own.findings}
-    lacks = tuple(f.effect for f in explanation.findings if f.effect not in has)
-    too_much = tuple(f.effect for f in own.findings if f.effect not in {g.effect for g in explanation.findings})
-    return SimulatorGap(base, differences, explanation, lacks, too_much)
+    has = [f.effect for f in own.findings]
+    return SimulatorGap(
+        simulated=base,
+        differences=tuple(
+            Difference(found[p.key], p) for p in measured if p.key in found and effect_in(p.key) is None
+        ),
+        lacks=tuple(effect for effect in shown if effect not in has),
+        has_too_much=tuple(effect for effect in has if effect not in shown),
+    )  # fmt: skip
 
 
 def simulator_content(gap: SimulatorGap) -> dict[str, Any]:

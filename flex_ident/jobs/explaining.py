@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from flex_ident.bags import read_recording
+from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.gap import GapExplanation, explain
@@ -65,17 +65,12 @@ def finished_explanation(
     read(recording)
     place = place if isinstance(place, Place) else Place(place)
     folder, unwritten = place.found(recording)
+    simulated = simulated_recording(values, selection)
+    explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
     compared: SimulatorGap | None = None
-    if values["simulated"]:
-        # A simulator speaks SI on the link side, whatever the robot's driver does.
-        own = replace(selection, effort_scale=1.0, gear_ratio=1.0)
-        simulated = read_recording(Path(str(values["simulated"])).expanduser(), own)
-        compared = compared_with_simulator(
-            recording, simulated, options, progress=lambda x, _t: progress("explaining", x)
-        )
-        explanation = compared.explanation
-    else:
-        explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
+    if simulated is not None:
+        shown = [f.effect for f in explanation.findings]
+        compared = compared_with_simulator(simulated, explanation.final.parameters, shown, options, explanation.sensors)
     if values["prismatic"]:
         explanation = prismatic_explanation(explanation)
     raw = explanation
@@ -97,3 +92,14 @@ def finished_explanation(
     kept = folder is not None and beside(folder, "result.json", recording)
     answers = answer_text(explanation.final, recording)
     return FinishedExplanation(explanation, raw, recording, content, paths, compared, kept, unwritten, answers)
+
+
+def simulated_recording(values: Mapping[str, Value], selection: SignalSelection) -> Recording | None:
+    """The recording of a simulator that was given, as the robot's are selected; None where there is none.
+
+    A simulator speaks SI on the link side, whatever the robot's driver does. Raises FlexIdentError.
+    """
+    if not values["simulated"]:
+        return None
+    own = replace(selection, effort_scale=1.0, gear_ratio=1.0)
+    return read_recording(Path(str(values["simulated"])).expanduser(), own)

@@ -19,9 +19,10 @@ from flex_ident.gap.alike import aligned
 from flex_ident.gap.carried import CarriedOver, carried_over
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.shared import Proposal, proposals
+from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
 from flex_ident.gap.units import prismatic_explanation
-from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_explanation
-from flex_ident.jobs.options import gap_options
+from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_explanation, simulated_recording
+from flex_ident.jobs.options import gap_options, signal_selection
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
 from flex_ident.jobs.sets import below, each_finished, left_out, one_folder, recording_names, texts_of, told_of
@@ -29,13 +30,10 @@ from flex_ident.jobs.several import joined_result, usable
 from flex_ident.jobs.shared_effects import base_values, carried_from_others, its_own
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification
-from flex_ident.pooling.effects import Heard, Outcome, dissenters, outcome_of
+from flex_ident.pooling.effects import STAYS, Heard, Outcome, dissenters, outcome_of
 from flex_ident.recording import Recording
 from flex_ident.report.gap_set_result import ITSELF, OTHERS, JoinedGap, RecordingGap, SetEffect, gap_set_content
 from flex_ident.report.gap_set_writing import write_gap_set
-
-UNSUITABLE = ("simulated", "add")
-"""Settings of a single explanation."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +43,8 @@ class FinishedGapSet:
     result: JoinedGap
     content: dict[str, Any]
     paths: Mapping[str, Path]
+    simulator: SimulatorGap | None = None
+    """The joint beside a simulator's recording, if one was given."""
     unwritten: UsageError | None = None
 
 
@@ -62,11 +62,10 @@ def finished_gap_set(
     Each one's own explanation goes into a folder below. One that cannot be explained, or is rejected, is left out and
     named. Raises FlexIdentError; before anything is computed for wrong usage, and where fewer than two can be used.
     """
-    for key in UNSUITABLE:
-        if values.get(key):
-            raise UsageError(f"--{key}: is of one recording, and there are {len(bags)}.")
     place = one_folder(place)
     options = gap_options(values)
+    simulated = simulated_recording(values, signal_selection(values))
+    values = {**values, "simulated": ""}
     names, known = recording_names(bags)
     loads = loads_in(texts_of(values.get("payload", "")), known)
     asked = left_out(texts_of(values.get("leave_out", "")), known)
@@ -90,6 +89,11 @@ def finished_gap_set(
     result = JoinedGap(joined, tuple(done[i].raw for i in used), tuple(finals), tuple(effects), tuple(gaps))
     folder, unwritten = place.found(recordings[0])
     content = gap_set_content(result)
+    compared: SimulatorGap | None = None
+    if simulated is not None:
+        shown = [own.proposal.effect for own in result.accepted]
+        compared = compared_with_simulator(simulated, joined.found.parameters, shown, options, joined.sensors)
+        content["simulated"] = simulator_content(compared)
     paths: Mapping[str, Path] = {}
     if folder is not None:
         try:
@@ -98,7 +102,7 @@ def finished_gap_set(
             if place.needed:
                 raise
             unwritten = error
-    return FinishedGapSet(result, content, paths, unwritten)
+    return FinishedGapSet(result, content, paths, compared, unwritten)
 
 
 def _judged(explanation: GapExplanation) -> Identification:
@@ -126,16 +130,16 @@ class SecondStage:
         count = len(self.names)
         carried = [self._carried(i, self.proposed) for i in range(count)]
         heard = {p: [_heard(p, i, carried[i]) for i in range(count)] for p in self.proposed}
-        outcomes: dict[Proposal, Outcome] = {p: outcome_of(own) for p, own in heard.items()}
-        accepted = [p for p in self.proposed if outcomes[p] == "accepted"]
+        put_in = self.options.add
+        outcomes: dict[Proposal, Outcome] = {p: outcome_of(own, by_hand=p.effect in put_in) for p, own in heard.items()}
+        accepted = [p for p in self.proposed if outcomes[p] in STAYS]
         finals = [self._final(i, accepted) for i in range(count)]
         gaps = [self._gap(i, accepted, carried[i], finals[i]) for i in range(count)]
         effects = [SetEffect(p, tuple(heard[p]), outcomes[p]) for p in self.proposed]
-        effects += [
-            SetEffect(p, tuple(Heard(own is not None) for own in p.findings), outcome_of([], of_recording=True))
-            for p in self.own
-        ]
-        return sorted(effects, key=lambda e: e.outcome != "accepted"), gaps, finals
+        for p in self.own:
+            outcome = outcome_of([], of_recording=True, by_hand=p.effect in put_in)
+            effects.append(SetEffect(p, tuple(Heard(own is not None) for own in p.findings), outcome))
+        return sorted(effects, key=lambda e: not e.accepted), gaps, finals
 
     def _carried(self, i: int, effects: Sequence[Proposal], *, all_stay: bool = False) -> CarriedOver | None:
         """What the effects with the others' values do to recording `i`; None where the others found none of them."""
@@ -215,7 +219,7 @@ def _notices(effects: Sequence[SetEffect], names: Sequence[str]) -> list[Notice]
         others = ", ".join(names[i] for i in own.proposal.finders)
         against = dissenters(own.heard)
         name, contradicting = own.proposal.effect, ", ".join(names[i] for i in against)
-        if own.outcome != "accepted":
+        if not own.accepted:
             texts = {"case": own.outcome, "effect": name, "found": others, "against": contradicting}
             found.append(Notice(Code.EFFECT_NOT_SHARED, name, texts=texts))
         else:

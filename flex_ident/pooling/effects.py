@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 Said = Literal["confirms", "contradicts", "cannot_tell", "not_tried"]
-Outcome = Literal["accepted", "contradicted", "unconfirmed", "values_differ"]
+Outcome = Literal["accepted", "by_hand", "contradicted", "unconfirmed", "values_differ"]
+STAYS: tuple[Outcome, ...] = ("accepted", "by_hand")
+"""Outcomes with which an effect is in the joint's model."""
 
 
 @dataclass(frozen=True)
@@ -22,14 +24,16 @@ class Heard:
     t: float = float("nan")
 
 
-def outcome_of(heard: Sequence[Heard], *, of_recording: bool = False) -> Outcome:
+def outcome_of(heard: Sequence[Heard], *, of_recording: bool = False, by_hand: bool = False) -> Outcome:
     """Whether an effect is of the joint, by what each recording says of it.
 
     One that was found in one recording alone needs another that confirms it, and none that contradicts it; one that
     was found in several needs more that confirm the others' values than contradict them. Where none can tell, as the
     base imitates it, one that most found by themselves is accepted. What is `of_recording` has another size in each,
-    and no other can speak of it.
+    and no other can speak of it. What was put in `by_hand` stays, whatever speaks against it.
     """
+    if by_hand:
+        return "by_hand"
     if of_recording:
         return "accepted"
     found = sum(own.found for own in heard)

@@ -16,7 +16,7 @@ from flex_ident.notices import Code
 from flex_ident.parameters import Parameter
 from flex_ident.parameters.keys import effect_in, key_parts
 from flex_ident.pooling.combining import Pooled
-from flex_ident.pooling.effects import Heard, Outcome
+from flex_ident.pooling.effects import STAYS, Heard, Outcome
 from flex_ident.report import schemas
 from flex_ident.report.gap_set_worded import evidence_text, reason_text
 from flex_ident.report.result import covariance_content, finite, parameters_content
@@ -44,7 +44,7 @@ class SetEffect:
     @property
     def accepted(self) -> bool:
         """Whether it is in the model."""
-        return self.outcome == "accepted"
+        return self.outcome in STAYS
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def _finding(result: JoinedGap, own: SetEffect) -> dict[str, Any]:
     )  # fmt: skip
     ties = set.intersection(*(set(f.indistinguishable_from) for f in known))
     content: dict[str, Any] = {
-        "effect": proposal.effect, "verdict": "accepted", "of": "recording" if proposal.of_recording else "joint",
+        "effect": proposal.effect, "verdict": own.outcome, "of": "recording" if proposal.of_recording else "joint",
         "confidence": max(f.confidence for f in known), "gap_before": before, "gap_after": after,
         "parameters": {
             key_parts(key)[1]: p for key, p in parameters_content([p for p, _, _ in result.pooled(own)]).items()

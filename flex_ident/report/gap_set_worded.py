@@ -15,7 +15,8 @@ from flex_ident.report.sentences import sentence
 
 def evidence_text(proposal: Proposal, heard: Sequence[Heard], names: Sequence[str]) -> str:
     """Why an effect was accepted: in which recordings it was found, and what its values do to those left out."""
-    found = f"found in {len(proposal.finders)} of {len(names)} recordings"
+    by_hand = any(own is not None and own.verdict == "by_hand" for own in proposal.findings)
+    found = "put in by hand" if by_hand else f"found in {len(proposal.finders)} of {len(names)} recordings"
     text = f"{effect_named(proposal.effect).summary}: {found}"
     if proposal.of_recording:
         return f"{text}; each recording has its own, and no other can speak of it."

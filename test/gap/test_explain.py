@@ -100,11 +100,11 @@ def test_repeats_tell_model_error_from_noise() -> None:
 def test_a_simulation_that_is_off_is_told_where_and_what_it_lacks() -> None:
     truth = COBOT_JOINT.with_effect("backlash", {"gap": 6e-4})
     theirs = JointModel({**COBOT_JOINT.parameters, "FVm": 12.0, "K": 9000.0}, joint="cobot")
-    gap = compared_with_simulator(
-        virtual_recording(truth, EXPERIMENT, CHAIN, seed=1),
-        virtual_recording(theirs, EXPERIMENT, CHAIN, seed=2),
-        GapOptions(sensors="motor+link", effects=("backlash", "nonlinear_stiffness", "stribeck_friction")),
-    )
+    options = GapOptions(sensors="motor+link", effects=("backlash", "nonlinear_stiffness", "stribeck_friction"))
+    measured = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=1), options)
+    shown = [f.effect for f in measured.findings]
+    simulated = virtual_recording(theirs, EXPERIMENT, CHAIN, seed=2)
+    gap = compared_with_simulator(simulated, measured.final.parameters, shown, options, measured.sensors)
     off = {d.key: d for d in gap.differences if d.off}
     assert off["FVm"].percent == pytest.approx(50.0, abs=5.0)
     assert off["K"].percent == pytest.approx(-10.0, abs=2.0)

@@ -105,8 +105,7 @@ def test_files_are_those_of_one_recording_and_each_has_its_own(out: Path) -> Non
     [
         (("a",), ("--leave-out", "a"), 2, "--leave-out: needs several recordings"),
         (("a", "a"), (), 2, "given twice"),
-        (("a", "b"), ("--simulated", "x"), 2, "--simulated: is of one recording, and there are 2"),
-        (("a", "b"), ("--add", "backlash"), 2, "--add: is of one recording"),
+        (("a", "b"), ("--simulated", "x"), 3, "x"),
         (("a", "b"), ("--joint", "all"), 2, "explain_gap takes one joint"),
         (("broken", "b"), ("--leave-out", "b"), 3, "0 of 2 recordings can be used"),
     ],
@@ -119,3 +118,23 @@ def test_wrong_usage_is_one_line(
     said = capsys.readouterr().err
     assert text in said
     assert len(said.splitlines()) == 1
+
+
+def test_put_in_by_hand_and_beside_a_simulator(bags: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A simulator that lacks quadratic friction and is too heavy, against two recordings together."""
+    joint_bag(tmp_path / "theirs", seed=4, inertia=2.5)
+    status = run(
+        bags / "a", bags / "b", "--add", "viscous_asymmetry", "--effects", "viscous_nonlinearity", "--simulated",
+        tmp_path / "theirs", "--json", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert status == 0
+    content = json.loads(capsys.readouterr().out)
+    assert {f["effect"]: f["verdict"] for f in content["findings"]} == {
+        "viscous_nonlinearity": "accepted", "viscous_asymmetry": "by_hand",
+    }  # fmt: skip
+    assert any("put in by hand" in f["evidence"] for f in content["findings"])
+    assert content["simulated"]["lacks"] == ["viscous_nonlinearity", "viscous_asymmetry"]
+    inertia = content["simulated"]["parameters"]["J"]
+    assert inertia["off_percent"] == pytest.approx(
+        100.0 * (2.5 / 2.02 - 1.0), abs=3.0
+    )  # two recordings: not beyond chance
