@@ -54,15 +54,13 @@ class ChirpExciter(Node):
         self._given = self._experiment = experiment(self)
         values = self._experiment.values
         exciter, self._limits_problem = exciter_within(self._experiment, None)
-        self._outdated = False
-        """Whether the limits are of an earlier description, as another came while the joint was busy."""
+        self._outdated = False  # whether the limits are of an earlier description: another came while the joint was busy
         self.run = Run(exciter, values["auto_start"], values["exit_when_done"], time.monotonic())
         self._commands = CommandTopic(self, values)
         self._controller = ControllerParameters(self, self._commands.name)
         self._commander = Commander(self, self._commands, self._step, lambda *written: self._recording.write(*written))
         self._reports = StateReports(self)
-        self._states_topic = self.resolve_topic_name("joint_states")
-        self._states_type = ""
+        self._states_topic, self._states_type = self.resolve_topic_name("joint_states"), ""
         self._recording = RunRecording(self, (self._states_topic, self._commander.topic))
         definition_and_digest(JOINT_STATE)  # now, not while a robot waits
         self._description = RobotDescription(self, self._on_description)
@@ -102,26 +100,20 @@ class ChirpExciter(Node):
         if self._limits_problem:
             self.get_logger().warning(self._limits_problem)
 
-    # -- start and stop
-
     def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        now = time.monotonic()
         if self._outdated and not self.run.busy:
             self._take(self._given)
             why = f"{self._description.topic} has changed, and its limits with it: call again."
         else:
             with self._lock:
-                why = self.run.request(now, self._surroundings())
+                why = self.run.request(time.monotonic(), self._surroundings())
             why = why or self._open()
-        response.success = not why
+        unseen = self._recording.unpublished
         begun = (
-            f"moving to the start position; recording to {self._recording.path or 'nowhere'}; {self._commands.guard}"
-        )
-        response.message = why or begun
-        if not why and self._recording.unpublished:
-            response.message += f"; not received so far: {self._recording.unpublished}"
-        if not why and (advice := self._controller.advice(self._experiment.values)):
-            response.message += f"; {advice}"
+            f"moving to the start position; recording to {self._recording.path or 'nowhere'}; {self._commands.guard}",
+            f"not received so far: {unseen}" if unseen else "", self._controller.advice(self._experiment.values),
+        )  # fmt: skip
+        response.success, response.message = not why, why or "; ".join(filter(None, begun))
         return response
 
     def _on_stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -178,8 +170,6 @@ class ChirpExciter(Node):
             if self.run.observe(sample, self._limits_problem):
                 values = self._experiment.values
                 self._commander.start(command_messages(values), settings.joint, float(values["rate_hz"]))
-
-    # -- ten times a second
 
     def _housekeeping(self) -> None:
         """Find topics, have the run look around, open and close its recording, publish the state."""

@@ -146,7 +146,7 @@ def test_two_results_are_left_behind_the_baseline(results: int) -> None:
     assert [(own["robot"], own["parameter"]) for own in content["changes"]] == [("arm 0", "K")]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_the_smallest_change_that_could_be_shown_is_found_about_as_often_as_is_said() -> None:
     smallest = fleet_health(made_up(60, seed=50))["smallest"]["K"]["median_percent"]
     assert 5.0 < smallest < 15.0

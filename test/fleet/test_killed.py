@@ -85,6 +85,7 @@ def test_workers_killed_one_after_the_other_cost_nothing(
     assert contents(tmp_path / "fleet") == undisturbed
 
 
+@pytest.mark.campaign
 def test_the_command_killed_again_and_again_goes_on(many: Path, undisturbed: dict[str, Any], tmp_path: Path) -> None:
     fleet, there = tmp_path / "fleet", dict[Path, int]()
     for count in (1, 2, 4):
