@@ -54,7 +54,7 @@ class ChirpExciter(Node):
         self._given = self._experiment = experiment(self)
         values = self._experiment.values
         exciter, self._limits_problem = exciter_within(self._experiment, None)
-        self._outdated = False  # whether the limits are of an earlier description: another came while the joint was busy
+        self._outdated = False  # whether the limits are of an earlier description: another came while the joint moved
         self.run = Run(exciter, values["auto_start"], values["exit_when_done"], time.monotonic())
         self._commands = CommandTopic(self, values)
         self._controller = ControllerParameters(self, self._commands.name)
