@@ -15,6 +15,7 @@ from flex_ident.gap.thresholds import (
     EVIDENCE,
     HELD_OUT_T,
     LEAST_PERIODS,
+    OWN_ERROR,
     SIGNIFICANT,
     SIGNIFICANT_SHAPE,
     SMALLEST_SHARE,
@@ -24,7 +25,7 @@ from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_o
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_OF_LINK
+from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
 from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flex_ident.gap.thresholds import OWN_ERROR
 from flex_ident.gap.trials import unstuck, within_own_error
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_OF_LINK
+from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
 from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
