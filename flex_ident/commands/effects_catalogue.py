@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +20,16 @@ from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import MOST_POINTS
 from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 BAND_HZ = 30.0
 HUMP = 3.0
 """Torque at the hump of a curve in its picture, N m."""
+UNMOVED = 1e-6
+"""Share of a torque under which it is as it was."""
+SAME = {"link_position": "motor_position", "link_velocity": "motor_velocity"}
+"""Variables of the link that differ little from the motor's."""
 
 
 def catalogue_text() -> str:
@@ -66,7 +74,8 @@ def write_effects_page(folder: Path) -> list[Path]:
         "",
         "Made by `python bench/effects_page.py`. Each picture: what the torque lacks when a cobot's joint has the "
         "effect and the model does not, the model's own parameters left as they are, over the variable that shows it "
-        "best. Red is the mean of the motion forward, the other line that of the motion backward.",
+        "best; of what acts in the transmission, the torque that it bears beyond that of a linear spring. Red is the "
+        "mean of the motion forward (over deflection: while it grows), the other line that of the motion backward.",
     ]
     for effect in CATALOGUE.values():
         path = pictures / f"{effect.name}.png"
@@ -94,23 +103,54 @@ def _clean_problem() -> tuple[FitProblem, Values]:
 
 
 def _picture(effect: Effect, problem: FitProblem, base: Values) -> bytes:
-    change = problem.residuals(base | _example(effect, problem, base))[0] - problem.residuals(base)[0]
-    known = {v.name: v for v in variables(problem, base)}
-    rows = problem.usable
+    values = base | _example(effect, problem, base)
+    torque, *link = (
+        after - before for after, before in zip(problem.residuals(values), problem.residuals(base), strict=True)
+    )
     with styled_figure(6.4, 2.5) as figure:
         axes = figure.subplots()
         if effect.bin_by == "frequency":
-            _spectrum(axes, change, problem.rate_hz)
+            _spectrum(axes, torque, problem.rate_hz)
+        elif (beside := _beside_the_spring(problem, values)) is not None:
+            _cloud(axes, effect, problem, values, beside)
+            axes.set_ylabel("beside a linear spring, N m")
+        elif float(np.max(np.abs(torque))) < UNMOVED * float(np.std(problem.torque)):
+            _cloud(axes, effect, problem, base, -1e3 * link[0])
+            axes.set_ylabel("link position, mrad")
         else:
-            variable = known.get(effect.bin_by, known["motor_velocity"])
-            axes.plot(variable.values[rows], -change[rows], ".", ms=1.0, color=QUIET)
-            forward = known["motor_velocity"].values > 0.0
-            for way, colour in ((forward, PREDICTED), (~forward, MEASURED)):
-                axes.plot(*_binned(variable.values[rows & way], -change[rows & way]), color=colour)
-            axes.set_xlabel(f"{variable.words}, {variable.unit}")
-        axes.set_ylabel("torque, N m")
+            _cloud(axes, effect, problem, base, -torque)
+            axes.set_ylabel("torque, N m")
         axes.set_title(effect.name.replace("_", " "))
         return png_bytes(figure)
+
+
+def _beside_the_spring(problem: FitProblem, values: Values) -> Floats | None:
+    """What the transmission bears (m,), N m, beyond stiffness times deflection; None where it is a linear spring."""
+    link = problem.link_response_of(values)
+    if link is None:
+        return None
+    more = link.spring_torque - values["K"] * (problem.motion.position - link.position)
+    if float(np.std(more)) < UNMOVED * float(np.std(link.spring_torque)):
+        return None
+    return more[:: problem.decimation]
+
+
+def _cloud(axes: Axes, effect: Effect, problem: FitProblem, values: Values, shown: Floats) -> None:
+    """`shown` (m,) over the effect's variable, with a mean for each direction of motion or, of hysteresis, deflection.
+
+    Its axis reaches down or up to nothing: else a constant would look like noise.
+    """
+    known = {v.name: v for v in variables(problem, values)}
+    rows = problem.usable
+    variable = known.get(SAME.get(effect.bin_by, effect.bin_by), known["motor_velocity"])
+    axes.plot(variable.values[rows], shown[rows], ".", ms=1.0, color=QUIET)
+    way = known["deflection_rate" if variable.name == "spring_deflection" else "motor_velocity"].values > 0.0
+    for moving, colour in ((way, PREDICTED), (~way, MEASURED)):
+        axes.plot(*_binned(variable.values[rows & moving], shown[rows & moving]), color=colour)
+    low, high = float(shown[rows].min()), float(shown[rows].max())
+    if high - low < 0.1 * max(abs(low), abs(high)):
+        axes.set_ylim(min(0.0, 1.2 * low), max(0.0, 1.2 * high))
+    axes.set_xlabel(f"{variable.words}, {variable.unit}")
 
 
 def _example(effect: Effect, problem: FitProblem, base: Values) -> Values:
@@ -134,9 +174,10 @@ def _binned(x: Floats, y: Floats, bins: int = 60) -> tuple[Floats, Floats]:
     return centre, mean
 
 
-def _spectrum(axes: object, change: Floats, rate_hz: float) -> None:
+def _spectrum(axes: Axes, change: Floats, rate_hz: float) -> None:
     power = np.abs(np.fft.rfft(change * np.hanning(change.size))) * 4.0 / change.size
     frequency = np.fft.rfftfreq(change.size, 1.0 / rate_hz)
     inside = (frequency > 0.2) & (frequency < BAND_HZ * 1.2)
-    axes.plot(frequency[inside], power[inside], color=MEASURED)  # type: ignore[attr-defined]
-    axes.set_xlabel("frequency, Hz")  # type: ignore[attr-defined]
+    axes.plot(frequency[inside], power[inside], color=MEASURED)
+    axes.set_xlabel("frequency, Hz")
+    axes.set_ylabel("torque, N m")
