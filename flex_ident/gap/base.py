@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from flex_ident.effects import CATALOGUE, Effect, is_fixed
 from flex_ident.estimation.base_fit import base_fit
@@ -26,13 +27,41 @@ SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 """Iterations and tolerance of the fits that the search starts from and ends with."""
 
 
-def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tuple[str, ...]]:
+@dataclass(frozen=True)
+class GapBase:
+    """The base model of a search, and the effects that nuisances left out of it stood for until then."""
+
+    kinds: KindFit
+    stood_for: tuple[Effect, ...]
+    whole: KindFit
+    """The same with all that identification corrects for."""
+
+
+def fitted_base(problem: FitProblem, options: GapOptions, whole: KindFit | None = None) -> GapBase:
     """The base model, fitted as `identify` fits it, under the kind of effort that holds. Raises ExcitationError.
 
     What identification corrects for and what is an effect by itself, a constant torque, a signal that is more than a
     sample late, friction that bends before it slides, is left out of the base where the recording shows it: the search
-    then finds it. With the effects that the base's nuisances stood for until then.
+    then finds it. `whole` is identification's own fit, where it is at hand.
     """
+    whole = whole or _whole(problem, options)
+    fit, keys = whole.fit, tuple(k for k in whole.fit.free if k not in whole.solver.priors)
+    problem = whole.solver.problem
+    constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
+    stood_for = () if options.nuisances_stay else _stood_for(problem, fit, options)
+    if not constant and not stood_for and not _late(problem, fit.values):
+        return GapBase(whole, (), whole)
+    known = known_beforehand(whole.solver)
+    few = tuple(k for k in keys if not (constant and k == "offset"))
+    near = fit.values.only([k for k in fit.values if k in few or _given(k)])
+    few = tuple(k for k in few if k not in known)
+    priors = {**base_priors(problem, few, late_samples=1.0), **known}
+    for key in (k for effect in stood_for for k in effect.shown_by):
+        priors.pop(key, None)
+    return GapBase(whole.refitted(*base_fit(problem, few, near, priors)), stood_for, whole)
+
+
+def _whole(problem: FitProblem, options: GapOptions) -> KindFit:
     own = IdentifyOptions(
         sensors=options.sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, model=options.model,
         effort_kind=options.effort_kind, band_hz=options.band_hz,
@@ -41,21 +70,7 @@ def fitted_base(problem: FitProblem, options: GapOptions) -> tuple[KindFit, tupl
     keys = tuple(k for k in keys if k not in options.without)
     start = start.only([k for k in start if k in keys or _given(k)])
     solver, fit = base_fit(problem, keys, start, base_priors(problem, keys, options.effort_kind))
-    problem = solver.problem
-    kinds = resolved(problem, solver, fit, options.effort_kind)
-    fit, keys = kinds.fit, tuple(k for k in kinds.fit.free if k in keys)
-    constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
-    stood_for = () if options.nuisances_stay else _stood_for(problem, fit, options)
-    if not constant and not stood_for and not _late(problem, fit.values):
-        return kinds, ()
-    known = known_beforehand(kinds.solver)
-    few = tuple(k for k in keys if not (constant and k == "offset"))
-    near = fit.values.only([k for k in fit.values if k in few or _given(k)])
-    few = tuple(k for k in few if k not in known)
-    priors = {**base_priors(problem, few, late_samples=1.0), **known}
-    for key in (k for effect in stood_for for k in effect.shown_by):
-        priors.pop(key, None)
-    return kinds.refitted(*base_fit(problem, few, near, priors)), tuple(effect.name for effect in stood_for)
+    return resolved(solver.problem, solver, fit, options.effort_kind)
 
 
 def _given(key: str) -> bool:

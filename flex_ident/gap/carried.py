@@ -105,7 +105,7 @@ def carried_over(
         first_mode_hz=options.first_mode_hz, band_hz=options.band_hz,
     )  # fmt: skip
     held = validation_blocks(problem)
-    kinds, _ = fitted_base(problem, options)
+    kinds = fitted_base(problem, options).kinds
     solver, fit = search_start(problem, kinds.solver, kinds.fit)
     for effect in own:
         solver, fit = _with(solver, fit, effect, starts)

@@ -14,7 +14,7 @@ from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.kind_priors import as_told
 from flex_ident.filtering import first_mode
-from flex_ident.gap.base import fitted_base, search_start
+from flex_ident.gap.base import GapBase, fitted_base, search_start
 from flex_ident.gap.explanation import (
     GapCurves,
     GapExplanation,
@@ -68,44 +68,46 @@ def explain(
     _refuse_short(problem, validation_blocks(problem))
     report(0.02, "fitting the base model")
     try:
-        kinds, stood_for = fitted_base(problem, options)
+        base = fitted_base(problem, options)
     except ExcitationError:
         rigid = rigid_alone(recording, problem, options)
         if rigid is None:
             raise
         return _explained_as_rigid(recording, options, progress, rigid)
-    solver, base = kinds.solver, kinds.fit
+    report(0.2, "screening")
+    if base.stood_for and _nothing_left(base) and not _borne_out(recording, base, options):
+        base = fitted_base(problem, replace(options, nuisances_stay=True), base.whole)
+    kinds, stood_for = base.kinds, {effect.name for effect in base.stood_for}
+    solver, fit = kinds.solver, kinds.fit
     problem = solver.problem
     held = validation_blocks(problem)
-    report(0.2, "screening")
-    coarse = _coarse(recording, problem, options)
-    searching, start = search_start(coarse, solver, base)
+    searching, start = search_start(_coarse(recording, problem, options), solver, fit)
     search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
-    search, gaps, estimate = judged_again(search, searching, start, (solver, base), problem, options)
-    if not {*stood_for} <= {a.trial.effect for a in search.accepted}:  # then the nuisance was what it was taken for
+    search, gaps, estimate = judged_again(search, searching, start, (solver, fit), problem, options)
+    if not stood_for <= {a.trial.effect for a in search.accepted}:  # then the nuisance was what it was taken for
         return explain(recording, replace(options, nuisances_stay=True), progress=progress)
     report(0.92, "describing what is left")
     final = _final(recording, of_kind(estimate, kinds), sensors)
     determined = all(
-        is_identifiable(replace(estimate, uncertainty=estimate.plain), k) for k in base.free if k in ESSENTIAL
+        is_identifiable(replace(estimate, uncertainty=estimate.plain), k) for k in fit.free if k in ESSENTIAL
     )
     notices = (*_as_given(problem, options, gaps[0], held), *_notices(estimate.fit, problem))
     if not determined:
         notices = (*notices, _refusal([a.trial.effect for a in search.accepted]))
         if search.accepted:  # nothing is added to a base that is not determined
             search = Search(searching, start, start, rejected=search.rejected, untestable=search.untestable)
-            gaps, estimate = gaps[:1], estimate_of(solver, base, prismatic=options.prismatic)
+            gaps, estimate = gaps[:1], estimate_of(solver, fit, prismatic=options.prismatic)
             final = _final(recording, of_kind(estimate, kinds), sensors)
     if not search.accepted:
         rigid = rigid_as_well(recording, of_kind(estimate, kinds), options)
         if rigid is not None:
             return _explained_as_rigid(recording, options, progress, rigid)
-    first, left = remainder(solver, base, held), remainder(estimate.solver, estimate.fit, held)
+    first, left = remainder(solver, fit, held), remainder(estimate.solver, estimate.fit, held)
     floor = min(left.floor, gaps[-1])
     steps = _steps(search, gaps)
     findings = tuple(finding_of(search, i, gaps, estimate) for i in range(len(search.accepted)))
-    before_variables = variables(problem, base.values)
+    before_variables = variables(problem, fit.values)
     after_variables = variables(problem, estimate.fit.values)
     where: tuple[Region, ...] = ()
     if gaps[0] > VISIBLE * floor:
@@ -114,7 +116,7 @@ def explain(
     # Where nothing is named, on all data as well: what lies in two seconds may miss the blocks that were kept back.
     whole, named = estimate.left, any(not a.trial.objection for a in search.accepted)
     structured = left.structured(gaps[-1]) or (not named and whole.structured(whole.gap))
-    hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(base.values)[held]))
+    hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(fit.values)[held]))
     coupled = estimate.coupling is not None and estimate.coupling.seen
     sound = determined or (structured and not hopeless)
     reasons: list[str] = []
@@ -163,9 +165,26 @@ def explain(
         repeats=first.repeats,
         repeats_left=left.repeats,
         notices=notices,
-        curves=_curves(problem, base.values, estimate.fit.values),
+        curves=_curves(problem, fit.values, estimate.fit.values),
         profiles=_profiles(before_variables, after_variables, first.residual, left.residual, problem.usable),
     )
+
+
+def _nothing_left(base: GapBase) -> bool:
+    """Whether the base with all its nuisances leaves no more than noise and the method's own error."""
+    left = remainder(base.whole.solver, base.whole.fit)
+    return not left.structured(left.gap)
+
+
+def _borne_out(recording: Recording, base: GapBase, options: GapOptions) -> bool:
+    """Whether the effects that nuisances stand for are found where they are sought alone."""
+    names = tuple(effect.name for effect in base.stood_for if effect.name not in options.add)
+    if not names or not options.searching:
+        return True
+    coarse = _coarse(recording, base.kinds.solver.problem, options)
+    own = replace(options, effects=names, add=())
+    found = searched(*search_start(coarse, base.kinds.solver, base.kinds.fit), own, lambda _share, _text: None)
+    return {*names} <= {a.trial.effect for a in found.accepted}
 
 
 def _explained_as_rigid(

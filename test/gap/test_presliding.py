@@ -16,21 +16,21 @@ NUISANCES = {"presliding", "reversal_speed", "reversal_lead"}
 def test_the_base_leaves_bristles_that_are_certain_to_the_search_and_keeps_the_nuisance_where_told() -> None:
     options = GapOptions(sensors="motor")
     problem = fit_problem(flexible_case("lugre")[0], sensors="motor")
-    kinds, stood_for = fitted_base(problem, options)
-    assert stood_for == ("presliding_friction",)
-    assert "presliding" not in kinds.fit.free
-    kept, none = fitted_base(problem, GapOptions(sensors="motor", nuisances_stay=True))
-    assert none == ()
-    assert set(kept.fit.free) >= NUISANCES
+    base = fitted_base(problem, options)
+    assert [effect.name for effect in base.stood_for] == ["presliding_friction"]
+    assert "presliding" not in base.kinds.fit.free
+    kept = fitted_base(problem, GapOptions(sensors="motor", nuisances_stay=True), base.whole)
+    assert kept.stood_for == ()
+    assert set(kept.kinds.fit.free) >= NUISANCES
     other = GapOptions(sensors="motor", effects=("backlash",))  # an effect that may not be sought is not left out
-    assert fitted_base(problem, other)[1] == ()
+    assert fitted_base(problem, other).stood_for == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["plain", pytest.param("stribeck", marks=pytest.mark.campaign)])
 def test_dry_friction_that_turns_over_at_once_is_no_bristle(case: str) -> None:
     problem = fit_problem(flexible_case(case)[0], sensors="motor+link")
-    assert fitted_base(problem, GapOptions())[1] == ()
+    assert fitted_base(problem, GapOptions()).stood_for == ()
 
 
 @pytest.mark.slow

@@ -63,7 +63,7 @@ def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
     sensors = "motor" if options.sensors == "motor" or recording.link_position is None else "motor+link"
     problem = fit_problem(recording, sensors=sensors, rigid=options.rigid)
     estimate = estimated(problem, *base_start(problem, options, prismatic=slides), prismatic=slides)
-    kinds, _ = fitted_base(problem, gap)
+    kinds = fitted_base(problem, gap).kinds
     solver, base = kinds.solver, kinds.fit
     assert base.free == estimate.fit.free
     for key in base.free:
