@@ -19,6 +19,8 @@ SCATTER, CHANGES = 12.0, 6.0
 """How far a step must lie off the median around it, in the scatter around it and in its own usual size there."""
 SMALLEST_SHARE = 0.01
 """The same in the range that the joint moves in any case."""
+WANDER = 0.99
+"""Quantile of the speed, and of what time steps differ from the usual one by: so far it moves while stamps wander."""
 GAP_PERIODS = 3.0
 """Time steps, in periods, from which one cannot say what happened in between but by the size of other jumps."""
 MOST_SHARE = 0.08
@@ -45,6 +47,7 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     """Positions (n,) without the jumps after which they go on as before. `turn` is that of the encoder, rad.
 
     A jump is a single step that lies far off the steps before and behind it: no joint has a speed for one sample only.
+    Where stamps wander, it is also further than the joint moves in the time that they wander by.
     """
     steps = np.diff(values)
     none = Jumps(values, 0, 0.0, False)
@@ -58,7 +61,8 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     size = ndimage.median_filter(np.abs(steps), WIDE, mode="mirror")
     finest = resolution(values)
     inner = float(np.ptp(np.cumsum(np.where(np.abs(off) > SCATTER * scatter, speed * dt, steps))))
-    enough = np.maximum(SCATTER * scatter + CHANGES * np.maximum(size, finest), SMALLEST_SHARE * inner)
+    wander = float(np.quantile(np.abs(speed), WANDER) * np.quantile(np.abs(dt - usual), WANDER))
+    enough = np.maximum(SCATTER * scatter + CHANGES * np.maximum(size, finest), SMALLEST_SHARE * inner) + wander
     jumped = (np.abs(off) > enough) & (dt < GAP_PERIODS * usual)
     places = np.flatnonzero(jumped & _alone(jumped))
     if not places.size or places.size > max(1.0, MOST_SHARE * steps.size):

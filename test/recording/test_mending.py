@@ -270,3 +270,26 @@ def test_small_spikes_and_pairs_of_them_in_a_position_are_left_out(role: Role, s
     found, notices = mended_signals(with_values(given, role, values))
     assert codes(notices) == ["spikes"]
     assert not np.isin(of(given, role).time[hit], of(found, role).time).any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("sticks", [False, True])
+def test_a_joint_polled_when_the_line_is_free_does_not_jump(seed: int, sticks: bool) -> None:
+    """Steps as far as the joint moves during a late answer are motion, also where it sticks most of the time."""
+    random = np.random.default_rng(seed)
+    steps = 0.02 + random.exponential(0.01, 3000) + 0.1 * (random.random(3000) < 0.06)
+    time = np.cumsum(steps)
+    position = 0.3 * np.sin(0.25 * time) + 0.02 * np.sin(1.7 * time)
+    if sticks:
+        position = np.where(np.sin(1.3 * time) > 0.3, position, np.round(position / 0.03) * 0.03)
+        position = np.convolve(np.pad(position, 2, mode="edge"), np.ones(5) / 5.0, mode="valid")
+    position = rounded(position, 2 * np.pi / 16384)
+    effort = random.standard_normal(time.size)
+    given = [
+        Signal("motor_position", "/joint_states:j.position", "header", time, position),
+        Signal("motor_torque", "/joint_states:j.effort", "header", time, effort),
+    ]
+    found, notices = mended_signals(given)
+    assert "position_rezeroed" not in codes(notices)
+    kept = of(found, "motor_position")
+    np.testing.assert_array_equal(kept.values, position[np.isin(time, kept.time)])
