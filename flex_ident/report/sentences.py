@@ -173,7 +173,13 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the motor position was divided by {gear_ratio:g}, and the effort taken as N m on the link side: if it is the "
         "motor shaft's too, give --effort-scale {gear_ratio:g}."
     ),
-    Code.EFFORT_REVERSED: REVERSED,
+    Code.EFFORT_REVERSED: {
+        "": REVERSED,
+        "brakes": (
+            "effort seems reversed: it takes up far more work than it does, and friction asks for the opposite: "
+            "--effort-scale -1, or the opposite of yours."
+        ),
+    },
     Code.EFFORT_JOINT_SENSOR: {
         "found": (
             "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor "
