@@ -25,6 +25,10 @@ GAP_PERIODS = 3.0
 """Time steps, in periods, from which one cannot say what happened in between but by the size of other jumps."""
 MOST_SHARE = 0.08
 """Share of the samples from which jumps are the signal."""
+FEWEST_MOVING = 8
+"""Steps around one, other than zero, by which it is seen how fast the joint moves there."""
+CATCH_UP = 2.0
+"""Of what the joint moves in the time that a value was held: so far the step after it is no jump."""
 ALIKE = 0.1
 """Differences of jumps, in their size, up to which they are turns of one seam."""
 MOSTLY = 0.8
@@ -65,6 +69,7 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     enough = np.maximum(SCATTER * scatter + CHANGES * np.maximum(size, finest), SMALLEST_SHARE * inner) + wander
     jumped = (np.abs(off) > enough) & (dt < GAP_PERIODS * usual)
     places = np.flatnonzero(jumped & _alone(jumped))
+    places = places[[not _caught_up(steps, k) for k in places.tolist()]]
     if not places.size or places.size > max(1.0, MOST_SHARE * steps.size):
         return none
     beside = np.clip(places[:, None] + np.array([-2, -1, 1, 2]), 0, steps.size - 1)
@@ -81,6 +86,18 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     correction = np.zeros(values.size)
     correction[places + 1] = sizes
     return Jumps(values - np.cumsum(correction), int(places.size), float(np.abs(sizes).max()), False)
+
+
+def _caught_up(steps: Floats, k: int) -> bool:
+    """Whether step `k` makes up for samples before it that repeat the last: as far as the joint moves meanwhile."""
+    first = max(0, k - WIDE)
+    moving = np.flatnonzero(steps[first:k]) + first
+    held = k - 1 - int(moving[-1]) if moving.size else 0
+    around = np.concatenate((steps[first:k], steps[k + 1 : k + 1 + WIDE]))
+    around = np.abs(around[around != 0.0])
+    if not held or around.size < FEWEST_MOVING:
+        return False
+    return bool(np.abs(steps[k]) <= CATCH_UP * (held + 1) * float(np.median(around)))
 
 
 def _alone(jumped: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -128,16 +128,17 @@ def other_things(result: Identification) -> tuple[str, ...]:
     first = first_advice(result)
     kind = None if first is None else first.kind
     covered = () if first is None else first.covers
+    apart = kind == "signals" or (kind == "action" and any(n.code is Code.MOTOR_EQUATION for n in covered))
     kept = [
         n
         for n in result.notices
         if n.code is not Code.NOT_IDENTIFIABLE and n not in covered
         and not (kind in ("signals", "action") and n.code is Code.MODEL_MISMATCH)
-        and not (kind == "signals" and n.code in FOLLOW)
+        and not (apart and n.code in FOLLOW)
     ]  # fmt: skip
     said = tuple(_sentence(text) for text in told(kept))
     weak = [p.key for p in result.parameters if not p.identifiable]
-    if kind == "signals" and weak:
+    if apart and weak:
         return (*said, f"{_listed(weak)} not determined by this recording, as things are.")
     return (*said, *_undetermined(result, [n for n in result.notices if n.code is Code.NOT_IDENTIFIABLE]))
 

@@ -293,3 +293,18 @@ def test_a_joint_polled_when_the_line_is_free_does_not_jump(seed: int, sticks: b
     assert "position_rezeroed" not in codes(notices)
     kept = of(found, "motor_position")
     np.testing.assert_array_equal(kept.values, position[np.isin(time, kept.time)])
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0, 500.0])
+@pytest.mark.parametrize("held", [2, 4, 8])
+def test_a_step_after_held_samples_makes_up_for_them(rate: float, held: int) -> None:
+    """A publisher that stands still for a few samples now and then, and goes on where the joint is meanwhile."""
+    random = np.random.default_rng(held)
+    given = signals(rate, motion="steady")
+    signal = of(given, "motor_position")
+    values = signal.values.copy()
+    starts = random.choice(np.arange(int(2.0 * rate), int(10.0 * rate)), 12, replace=False)
+    for k in starts.tolist():
+        values[k : k + held + 1] = values[k]
+    _, notices = mended_signals(with_values(given, "motor_position", values))
+    assert "position_rezeroed" not in codes(notices)
