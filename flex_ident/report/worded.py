@@ -133,8 +133,8 @@ def seam(n: Notice) -> str:
 def rezeroed(n: Notice) -> str:
     jumps, largest = n.numbers["jumps"], n.numbers["largest"]
     return (
-        f"{n.subject} jumps {often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero: "
-        "made continuous with its first part."
+        f"{n.subject} jumps {often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero, or "
+        "where recordings were put one behind another: made continuous with its first part."
     )
 
 

@@ -308,3 +308,20 @@ def test_a_step_after_held_samples_makes_up_for_them(rate: float, held: int) -> 
         values[k : k + held + 1] = values[k]
     _, notices = mended_signals(with_values(given, "motor_position", values))
     assert "position_rezeroed" not in codes(notices)
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+def test_a_torque_in_steps_is_not_frozen(rate: float) -> None:
+    """A joint pushed to and fro by torques that are held for seconds."""
+    time = np.arange(0.0, 16.0, 1.0 / rate)
+    torque = np.where((time // 2.0) % 2 == 0, 3.0, -3.0)
+    torque[:3] = 0.0, 1.0, 2.0
+    velocity = np.cumsum(torque - 1.5 * np.sin(np.pi * time / 2.0)) / rate / 4.0
+    position = np.cumsum(velocity - velocity.mean()) / rate
+    given = [
+        Signal("motor_position", "/joint_states:j.position", "header", time, position),
+        Signal("motor_torque", "/joint_states:j.effort", "header", time, torque),
+    ]
+    found, notices = mended_signals(given)
+    assert codes(notices) == []
+    np.testing.assert_array_equal(of(found, "motor_torque").values, torque)
