@@ -97,7 +97,7 @@ def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal
 
 
 def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Signal:
-    """The torque without stretches in which it stands still while the joint moves; as it is where that is nearly all."""
+    """The torque without stretches in which it stands still while the joint moves; as it is where that is most."""
     position: Floats = np.interp(torque.time, motor.time, motor.values)
     stretches: list[Freeze] = freezes(torque.values, position, rough_period(torque.time))
     if not stretches:
