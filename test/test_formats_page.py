@@ -102,6 +102,8 @@ def write_tables(folder: Path, swing: Signals) -> None:
         ("raw.csv", "millis,enc_a,enc_b,i_a,i_b", (1e3 * t, *two["q"].T, *two["tau"].T / 12.5)),
     ):  # fmt: skip
         np.savetxt(folder / name, np.column_stack(columns), delimiter=",", header=head, comments="", fmt="%.15g")
+    six = [np.column_stack((*[0.0 * own] * 5, own)) for own in (q, tau)]
+    np.savetxt(folder / "raw.txt", np.column_stack(six), header="six joints")
     scipy.io.savemat(folder / "log.mat", {"t": t, **two})
     (folder / "columns.yaml").write_text(re.findall(r"```yaml\n(.*?)```", PAGE, re.S)[0])
     try:

@@ -190,12 +190,17 @@ def _prospects(recording: Recording) -> list[str]:
     doubts = _doubts(recording)
     lines += doubts
     if _obstacle(recording) is None:
-        lines.append(
-            "can be identified, when the chirp crosses the joint's first mode"
-            if not doubts
-            else f"can be identified only in part: see the {len(doubts)} line{'s' if len(doubts) > 1 else ''} above"
-        )
+        lines.append(f"can be identified{_how_far(recording, doubts)}")
     return lines
+
+
+def _how_far(recording: Recording, doubts: Sequence[str]) -> str:
+    """How far a joint can be identified from a recording in which nothing stands in the way."""
+    if doubts:
+        return f" only in part: see the {len(doubts)} line{'s' if len(doubts) > 1 else ''} above"
+    if any(notice.code is Code.OTHER_JOINTS_MOVE for notice in recording.notices):
+        return " only where the motion of other joints hardly loads this one: record it alone"
+    return ", when the chirp crosses the joint's first mode"
 
 
 def _doubts(recording: Recording) -> list[str]:

@@ -44,6 +44,7 @@ EXAMPLES = {
     "import": (
         "flex_ident import log.csv --out my_bag",
         "flex_ident import log.mat --out my_bag --time t --position q[1] --effort tau[1]",
+        "flex_ident import log.txt --out my_bag --rate 500 --position column_1..column_6 --effort column_7..column_12",
         "flex_ident import dataset --out my_bag --episode 3 --position-scale 0.0174533   # LeRobot, degrees",
     ),
     "batch": BATCH_EXAMPLES,
@@ -70,7 +71,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     _design_filter(_added(sub, "design-filter", "eqs. 22 to 29: cutoff and sampling rate from the first mode"))
     _reproduce_paper(_added(sub, "reproduce-paper", "section 4 of the paper: Tables 1 to 3, Figures 1 and 2"))
     _check_bag(_added(sub, "check-bag", "what a bag holds and whether a joint can be identified from it"))
-    _import(_added(sub, "import", "a CSV, MATLAB, HDF5 or Parquet file or a LeRobot dataset as a bag"))
+    _import(_added(sub, "import", "a CSV, MATLAB, HDF5, NumPy or Parquet file or a LeRobot dataset as a bag"))
     add_batch(_added(sub, "batch", "many recordings, in parallel here or on a Dask cluster, into an archive"))
     add_health(_added(sub, "health", "what has changed since the baseline, joint by joint; exit status 4 if any"))
     _compare(_added(sub, "compare", "results side by side, with the differences that are beyond chance"))
@@ -179,14 +180,20 @@ def _check_bag(parser: argparse.ArgumentParser) -> None:
 
 
 def _import(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="the table, or the folder of a LeRobot dataset")
+    parser.add_argument(
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="the table, or the folder of a LeRobot dataset; several files are one table, column beside column",
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="BAG", help="the rosbag2 to write (MCAP)")
     add_settings(parser, IMPORT_SETTINGS)
 
     def run(given: argparse.Namespace) -> int:
         from flex_ident.formats import imported
 
-        done = imported(given.file, given.out, given_settings(given, IMPORT_SETTINGS))
+        done = imported(given.files, given.out, given_settings(given, IMPORT_SETTINGS))
         print("\n".join([*done.lines, f"written: {given.out}"]))
         return 0
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import ndimage
 
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.base_fit import Progress, base_fit
@@ -27,14 +28,15 @@ from flex_ident.estimation.unseen_effects import unseen_stds
 from flex_ident.estimation.unseen_spring import spring_shift
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
-from flex_ident.judgement.priorities import REVERSED
+from flex_ident.judgement.priorities import LOADED, REVERSED, apart_in_time
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior
 from flex_ident.likelihood.nuisances import strained
 from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
-from flex_ident.likelihood.start import scanned_start
+from flex_ident.likelihood.start import drives, scanned_start
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Code
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
@@ -44,6 +46,8 @@ from flex_ident.screening.suspects import Suspect, suspects, widened
 
 VALIDATION_BLOCK_S = 1.0
 VALIDATION_EVERY = 4
+LATEST_S, SHIFTS, LATE_LEFT = 0.06, 61, 0.8
+"""How far apart torque and position are tried, s, in how many steps; the share of the squares left then, to say so."""
 CORRELATED_S = 0.5
 """Time over which residuals count as correlated when gravity is looked for, s."""
 
@@ -98,15 +102,37 @@ def _rigid_columns(problem: FitProblem, keys: Sequence[str]) -> Floats:
 
 
 def rigid_start(problem: FitProblem, keys: Sequence[str]) -> Values:
-    """Linear least squares of a rigid joint's base keys: the start of its fit."""
+    """Linear least squares of a rigid joint's base keys: the start of its fit. Raises ExcitationError."""
     columns = _rigid_columns(problem, keys)
+    values, _ = _rigid_values(columns, keys, problem.torque[problem.usable])
+    if values.get("J", 1.0) <= 0.0:
+        raise ExcitationError(f"the inertia comes out negative: {_why_negative(problem, keys, columns)}")
+    return values | {k: max(v, 0.0) for k, v in values.items() if k in ("FV", "FS")}
+
+
+def _rigid_values(columns: Floats, keys: Sequence[str], torque: Floats) -> tuple[Values, float]:
+    """What least squares gives the keys of columns (m, p), and the sum of squares that it leaves of the torque (m,)."""
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
-    solution, *_ = np.linalg.lstsq(columns / scale, problem.torque[problem.usable], rcond=1e-8)
-    values = Values().with_vector(keys, solution / scale)
-    if values.get("J", 1.0) <= 0.0:
-        raise ExcitationError(f"the inertia comes out negative: {REVERSED}")
-    return values | {k: max(v, 0.0) for k, v in values.items() if k in ("FV", "FS")}
+    solution, *_ = np.linalg.lstsq(columns / scale, torque, rcond=1e-8)
+    left = torque - columns / scale @ solution
+    return Values().with_vector(keys, solution / scale), float(left @ left)
+
+
+def _why_negative(problem: FitProblem, keys: Sequence[str], columns: Floats) -> str:
+    """Why a rigid joint's inertia comes out negative: sign or time of the torque, or what else moves."""
+    if not drives(problem):
+        return REVERSED
+    if any(notice.code is Code.OTHER_JOINTS_MOVE for notice in problem.recording.notices):
+        return LOADED
+    _, least = _rigid_values(columns, keys, problem.torque[problem.usable])
+    best, least = 0.0, LATE_LEFT * least
+    for late in np.linspace(-LATEST_S, LATEST_S, SHIFTS).tolist():
+        torque = ndimage.shift(problem.torque, -late * problem.rate_hz, order=3, mode="nearest")[problem.usable]
+        values, left = _rigid_values(columns, keys, torque)
+        if left < least and all(values.get(key, 1.0) > 0.0 for key in ("J", "FV", "FS")):
+            best, least = late, left
+    return apart_in_time(best) if best else LOADED
 
 
 def fit_problem(

@@ -27,11 +27,12 @@ from flex_ident.estimation.mode_seen import with_mode_judged
 from flex_ident.estimation.motor_current import kind_beside_current, with_motor_side
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
-from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, spring_is_open
+from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, rigid_objection, spring_is_open
 from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.estimation.unseen_effects import gravity_notice
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
+from flex_ident.judgement.priorities import LOADED
 from flex_ident.judgement.rules import FIT_RULES, judged
 from flex_ident.judgement.thresholds import GOOD_RIGID
 from flex_ident.likelihood.problem import Bools, FitProblem, model_of, values_of
@@ -60,13 +61,18 @@ from flex_ident.parameters.effort_kinds import (
 )  # fmt: skip
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
-from flex_ident.recording.signs import refuse_unsigned
+from flex_ident.recording.signs import brakes, refuse_unsigned
 from flex_ident.recording.stillness import refuse_held
 from flex_ident.regression import identify_linear
 from flex_ident.regression.motor_equation import motor_equation_notice
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
 
 Progress = Callable[[float], None]
+KINDS_FOUND = (
+    Code.EFFORT_JOINT_SENSOR, Code.EFFORT_GRAVITY_COMPENSATED, Code.EFFORT_FRICTION_COMPENSATED,
+    Code.EFFORT_KIND_UNCLEAR, Code.EFFORT_KIND_OPEN,
+)  # fmt: skip
+"""Codes of the kind of effort, which a fit that is rejected does not tell."""
 REPORTED = (
     "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "link_drift",
     "reversal_speed", "presliding", "reversal_lead",
@@ -109,7 +115,12 @@ def identify(
         notice = motor_equation_notice(recording)
         if notice is not None:
             result = replace(result, notices=(notice, *result.notices))
-    return result
+    if result.verdict != "rejected":
+        return result
+    kept = tuple(n for n in result.notices if n.code not in KINDS_FOUND or n.case == "given")
+    if kind != FRICTION_COMPENSATED and Code.EFFORT_REVERSED not in codes and brakes(told):
+        kept = (Notice(Code.EFFORT_REVERSED, "motor_torque", texts={"case": "brakes"}), *kept)
+    return replace(result, notices=kept)
 
 
 def refuse_unusable(recording: Recording, effort_kind: str = "auto") -> None:
@@ -142,7 +153,11 @@ def _identified(
         if sensors == "motor+link":
             raise
         rigid = rigid_left_percent(recording, prismatic=prismatic, band_hz=options.band_hz)
-        if rigid is None or rigid > GOOD_RIGID:
+        if rigid is None:
+            why = rigid_objection(recording, prismatic=prismatic, band_hz=options.band_hz) or LOADED
+            alone = all(notice.code is not Code.OTHER_JOINTS_MOVE for notice in recording.notices)
+            raise ExcitationError(str(error) if alone and why.endswith(LOADED) else why) from error
+        if rigid > GOOD_RIGID:
             raise
         if not may_be_rigid(options, sensors):
             raise ExcitationError(f"{error} A rigid joint leaves {rigid:.1f} % of the torque: try --rigid.") from error

@@ -75,6 +75,16 @@ def rigid_left_percent(
         return None
 
 
+def rigid_objection(recording: Recording, *, prismatic: bool, band_hz: float | None = None) -> str | None:
+    """Why the recording is not that of a rigid joint either, as one line; None where it may be."""
+    try:
+        problem = fit_problem(recording, sensors="motor", rigid=True, band_hz=band_hz)
+        started_values(problem, rigid_keys(problem, gravity=not prismatic))
+    except DataError as error:
+        return str(error)
+    return None
+
+
 def _left_percent(problem: FitProblem, values: Values) -> float:
     left, whole = problem.residuals(values)[0][problem.usable], problem.torque[problem.usable]
     return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(whole))

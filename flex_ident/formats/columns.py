@@ -24,7 +24,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "effort": (
         "motor torque", "joint torque", "joint torques", "joint effort", "effort", "efforts", "torque", "torques",
         "actual torque", "tau", "tau m", "taum", "tau motor", "tau j", "tau meas", "observation effort",
-        "observation torque",
+        "observation torque", "force", "forces",
     ),
     "link_position": ("link position", "ql", "q l", "q link", "link pos", "load position", "theta l", "position link"),
     "reference": (
@@ -37,7 +37,8 @@ ROLES = tuple(NAMES)
 UNITS = {
     "deg": pi / 180.0, "degree": pi / 180.0, "degrees": pi / 180.0, "°": pi / 180.0, "deg/s": pi / 180.0,
     "°/s": pi / 180.0, "rpm": pi / 30.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "mm": 1e-3, "mnm": 1e-3,
-    "knm": 1e3, "ncm": 1e-2,
+    "knm": 1e3, "ncm": 1e-2, "rev": 2.0 * pi, "revs": 2.0 * pi, "turn": 2.0 * pi, "turns": 2.0 * pi,
+    "rev/s": 2.0 * pi, "turns/s": 2.0 * pi,
 }  # fmt: skip
 """SI units per unit, of units that are not SI and may stand in brackets behind a name."""
 _TOKEN = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
@@ -47,6 +48,10 @@ _KINDS = ("pos", "position", "vel", "velocity", "eff", "effort", "torque")
 """Words that say again what the column holds, and are no part of a joint's name."""
 _COMMANDED = ("des", "desired", "d", "cmd", "command", "ref", "reference", "target", "setpoint", "goal")
 """Words that say that a column holds what was asked for, and not what was measured."""
+
+
+_MEASURED = ("meas", "measured", "actual", "act", "raw")
+"""Words that say that a column holds what was measured, and are no part of a joint's name."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +80,11 @@ def chosen_columns(
     `timed`: a column of time is needed. Raises SignalError, listing the columns, when one is missing, and UsageError
     when what is given does not fit together.
     """
-    given = {role: [_known(name, columns, role, source) if role != "joints" else name for name in names]
-             for role, names in given.items() if names}  # fmt: skip
+    given = {
+        role: list(names) if role == "joints" else [own for n in names for own in _named(n, columns, role, source)]
+        for role, names in given.items()
+        if names
+    }
     guesses = _guesses([name for name in columns if not any(name in own for own in given.values())])
     time = given["time"][0] if "time" in given else next(iter(guesses["time"].values()), None)
     if timed and time is None:
@@ -112,6 +120,18 @@ def unit_scale(name: str) -> float:
     """SI units per unit of a column, by the unit in brackets behind its name; 1 where there is none that is known."""
     match = _UNIT.search(name)
     return UNITS.get(match.group(1).strip().lower().replace("·", "").replace(" ", ""), 1.0) if match else 1.0
+
+
+def _named(name: str, columns: Collection[str], role: str, source: str) -> list[str]:
+    """The column of a name, or those from one to another, `FIRST..LAST`, in the file's order."""
+    first, dots, last = name.partition("..")
+    if not dots or name in columns:
+        return [_known(name, columns, role, source)]
+    order = list(columns)
+    start, end = (order.index(_known(end, columns, role, source)) for end in (first, last))
+    if end < start:
+        raise UsageError(f"--{role.replace('_', '-')} {name}: {last} stands before {first}.")
+    return order[start : end + 1]
 
 
 def _known(name: str, columns: Collection[str], role: str, source: str) -> str:
@@ -189,6 +209,7 @@ def _spoken(bare: str) -> dict[str, tuple[str, int]]:
         if role != "position":
             return {}
         role, rest = "reference", [token for token in rest if token[0] not in _COMMANDED]
+    rest = [token for token in rest if token[0] not in _MEASURED]
     while len(rest) > 1 and rest[-1][0] in _KINDS:
         rest = rest[:-1]
     while len(rest) > 1 and rest[0][0] in _KINDS:

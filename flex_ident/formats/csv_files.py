@@ -1,9 +1,10 @@
-"""CSV files: a line of names, then numbers, whatever separates them."""
+"""CSV files: a line of names if there is one, then numbers, whatever separates them."""
 
 from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -20,35 +21,60 @@ from flex_ident.recording.names import decoded, path_text
 LONGEST_LINE = 1 << 20
 DELIMITERS = ",;"
 """Separators; a tab is read as a semicolon, and blanks separate where there is none of these."""
+COMMENTS = ("#", "%")
+"""What begins a line that is no row."""
 ROWS = 1 << 14
 """Rows that are turned into numbers together."""
 
 
 class CsvFile:
-    """A CSV file with a line of column names, separated by comma, semicolon, tab or blanks.
+    """A CSV file, separated by comma, semicolon, tab or blanks.
 
-    Raises SignalError in one line. Lines shorter than the first are NaN where they lack a number.
+    Its columns are named by its first line, comments before it left out, or by the last of these where numbers follow
+    at once. One without names has `column_1`, `column_2`, ... Raises SignalError in one line. Lines shorter than the
+    first are NaN where they lack a number.
     """
 
     scales: Mapping[str, float] = {}
 
     def __init__(self, path: Path) -> None:
         self._path, self.source = path, path_text(path)
-        with self._lines() as lines:
-            head = next(lines, "").lstrip("\ufeff# ")
-        delimiter = max(DELIMITERS, key=head.count)
-        self._delimiter = delimiter if delimiter in head else " "
-        names = next(csv.reader([head], delimiter=self._delimiter, skipinitialspace=True), [])
-        names = [name.strip() for name in names]
-        if len(names) < 2 or not any(name and not _is_number(name) for name in names):
-            raise SignalError(
-                f"{self.source}: its first line names no columns: expected names such as time, position, effort."
-            )
+        self._skipped, names = self._head()
         if len(names) > MOST_COLUMNS:
             raise SignalError(f"{self.source}: has {len(names)} columns: {MOST_COLUMNS} are read at most.")
         self._at: dict[str, int] = {}
         for i, name in enumerate(names):
             self._at.setdefault(name or f"column_{i + 1}", i)
+
+    def _head(self) -> tuple[int, list[str]]:
+        """How many lines stand before the first row of numbers, and the names of the columns."""
+        comment, skipped = "", 0
+        with self._lines() as lines:
+            for line in lines:
+                line = line.lstrip("\ufeff")
+                if not line.lstrip().startswith(COMMENTS):
+                    break
+                comment, skipped = line.strip().lstrip("#% "), skipped + 1
+            else:
+                line = ""
+        separator = line or comment
+        delimiter = max(DELIMITERS, key=separator.count)
+        self._delimiter = delimiter if delimiter in separator else " "
+        cells, said = self._cells(line), self._cells(comment)
+        if any(cell and not _is_number(cell) for cell in cells) and len(cells) > 1:
+            return skipped + 1, cells
+        if len(said) > 1 and (not cells or len(said) == len(cells)):
+            return skipped, said
+        if cells and all(_is_number(cell) for cell in cells):
+            return skipped, [f"column_{i + 1}" for i in range(len(cells))]
+        raise SignalError(
+            f"{self.source}: holds neither names of columns, such as time, position, effort, nor rows of numbers."
+        )
+
+    def _cells(self, line: str) -> list[str]:
+        if self._delimiter == " ":
+            return line.split()
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=self._delimiter), [])]
 
     @property
     def columns(self) -> Collection[str]:
@@ -60,10 +86,9 @@ class CsvFile:
         wanted = [self._at[name] for name in names]
         made: list[Floats] = []
         with self._lines() as lines:
-            next(lines, "")
             block: list[list[float]] = []
             rows = 0
-            for cells in csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True):
+            for cells in self._rows(itertools.islice(lines, self._skipped, None)):
                 comma = self._delimiter != ","
                 block.append([_number(cells[i], comma=comma) if i < len(cells) else math.nan for i in wanted])
                 if len(block) >= ROWS:
@@ -75,6 +100,11 @@ class CsvFile:
             made.append(np.array(block).reshape(-1, len(wanted)))
         whole = np.concatenate(made)
         return {name: whole[:, i] for i, name in enumerate(names)}
+
+    def _rows(self, lines: Iterator[str]) -> Iterator[list[str]]:
+        if self._delimiter == " ":
+            return (line.split() for line in lines)
+        return csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True)
 
     @contextmanager
     def _lines(self) -> Iterator[Iterator[str]]:

@@ -15,7 +15,7 @@ from flex_ident.bags.selection import JOINT_STATES, LINK_STATES, REFERENCE
 from flex_ident.bags.writing import write_joint_states
 from flex_ident.errors import SignalError, UsageError
 from flex_ident.formats.columns import Choice, Columns, chosen_columns, unit_scale
-from flex_ident.formats.opening import opened_table
+from flex_ident.formats.opening import opened_tables
 from flex_ident.formats.tables import Table
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Floats
@@ -42,15 +42,17 @@ class Imported:
     lines: tuple[str, ...]
 
 
-def imported(file: Path, bag: Path, values: Mapping[str, object]) -> Imported:
-    """Write a table's joints as a bag. `values` are those of IMPORT_SETTINGS.
+def imported(files: Path | Sequence[Path], bag: Path, values: Mapping[str, object]) -> Imported:
+    """Write the joints of a table, or of several whose rows belong together, as a bag.
+
+    `values` are those of IMPORT_SETTINGS.
 
     Raises SignalError where the table does not hold what is needed, and UsageError where what was asked for does not
     fit together, a library is missing or the bag cannot be written.
     """
     if bag.exists() or bag.is_symlink():
         raise UsageError(f"--out {path_text(bag)}: exists already: name another, or remove it.")
-    table = opened_table(file, _episode(values))
+    table = opened_tables([files] if isinstance(files, Path) else files, _episode(values))
     rate = float(str(values["import.rate_hz"]))
     choice = chosen_columns(table.columns, _given(values), source=table.source, timed=rate == 0.0)
     if rate:

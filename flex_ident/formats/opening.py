@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from flex_ident.errors import SignalError, UsageError
-from flex_ident.formats import hdf5_files, matlab_files, parquet_files
+from flex_ident.formats import hdf5_files, matlab_files, numpy_files, parquet_files
 from flex_ident.formats.csv_files import CsvFile
 from flex_ident.formats.lerobot_datasets import is_lerobot, lerobot_episode
-from flex_ident.formats.tables import Table
+from flex_ident.formats.tables import SideBySide, Table
 from flex_ident.parameters.documents import opened_file
 from flex_ident.recording.names import path_text
 
@@ -38,9 +39,18 @@ def opened_table(path: Path, episode: int | None = None) -> Table:
         return matlab_files.MatlabFile(path)
     if head.startswith(parquet_files.MAGIC):
         return parquet_files.ParquetFiles([path], shown)
+    if head.startswith(numpy_files.MAGICS):
+        return numpy_files.NumpyFile(path)
     if b"\0" in head:
-        raise SignalError(f"{shown}: is no table that is known: expected CSV, MATLAB, HDF5, Parquet or LeRobot.")
+        raise SignalError(f"{shown}: is no table that is known: expected CSV, MATLAB, HDF5, NumPy, Parquet or LeRobot.")
     return CsvFile(path)
+
+
+def opened_tables(paths: Sequence[Path], episode: int | None = None) -> Table:
+    """One table, or several side by side. Raises likewise."""
+    if len(paths) == 1:
+        return opened_table(paths[0], episode)
+    return SideBySide({path.stem: opened_table(path, episode) for path in paths}, len(paths))
 
 
 def _head(path: Path, shown: str) -> bytes:

@@ -51,3 +51,34 @@ def refuse_large(source: str, rows: int, columns: int) -> None:
             f"{source}: {columns} columns of {rows} rows are {rows * columns:.3g} numbers: {MOST_NUMBERS:.3g} are read "
             "at most: cut the file, or name fewer joints."
         )
+
+
+class SideBySide:
+    """Several tables as one: a column `NAME` of `FILE.csv` is called `FILE.NAME`, and `FILE` where it is the only one.
+
+    Raises SignalError where two of the `files` are called alike.
+    """
+
+    def __init__(self, tables: Mapping[str, Table], files: int) -> None:
+        if len(tables) < files:
+            raise SignalError(f"two of the files are called alike: {', '.join(tables)}: rename one.")
+        self.source = ", ".join(table.source for table in tables.values())
+        self._at: dict[str, tuple[Table, str]] = {}
+        for stem, table in tables.items():
+            own = list(table.columns)
+            self._at.update({stem if len(own) == 1 else f"{stem}.{name}": (table, name) for name in own})
+        self.scales = {name: table.scales[own] for name, (table, own) in self._at.items() if own in table.scales}
+
+    @property
+    def columns(self) -> Collection[str]:
+        """Names of all columns, file after file."""
+        return self._at
+
+    def read(self, names: Collection[str]) -> dict[str, Floats]:
+        """The columns (n,) of these names."""
+        found: dict[str, Floats] = {}
+        for table in dict.fromkeys(self._at[name][0] for name in names):
+            own = {name: self._at[name][1] for name in names if self._at[name][0] is table}
+            content = table.read(list(dict.fromkeys(own.values())))
+            found.update({name: content[inner] for name, inner in own.items()})
+        return {name: found[name] for name in names}

@@ -42,3 +42,16 @@ REVERSED = (
     "effort seems reversed: with the opposite sign the inertias come out positive: --effort-scale -1, or the opposite "
     "of yours."
 )
+LOADED = (
+    "effort and acceleration do not belong together: other joints that move load this one, or it hardly accelerates. "
+    "Move it alone, and faster."
+)
+
+
+def apart_in_time(late_s: float) -> str:
+    """What to say of an effort that is recorded `late_s` late against the position."""
+    how = "late" if late_s > 0.0 else "early"
+    return (
+        f"the effort is recorded about {1e3 * abs(late_s):.3g} ms {how} against the position, and with that taken back "
+        "it is positive. Stamp both by one clock when they are measured, or shift one before you import them."
+    )

@@ -19,6 +19,7 @@ from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.thresholds import POOR
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
+from flex_ident.recording.signs import DRIVES, work_share
 from flex_ident.simulation.batch import LANES
 from flex_ident.simulation.response import LinkMotion, direction, link_motions
 from flex_ident.simulation.terms import GRAVITY, Term, no_terms
@@ -57,13 +58,24 @@ def scanned_start(problem: FitProblem, *, first_mode_hz: float | None = None, mo
 
 
 def _check_sign(problem: FitProblem, first_mode_hz: float | None, target: Floats, limit: float) -> None:
-    """Raises ExcitationError when the torque (m, 1) of opposite sign leaves a sum of squares below `limit`."""
+    """Raises ExcitationError when the torque (m, 1) of opposite sign leaves a sum of squares below `limit`.
+
+    Not where the torque drives the motion: what has lost its sign brakes it.
+    """
+    if drives(problem):
+        return
     try:
         found = _best_scanned(problem, first_mode_hz, -target, _linear_spring)
     except ExcitationError:
         return
     if found.cost < limit:
         raise ExcitationError(REVERSED)
+
+
+def drives(problem: FitProblem) -> bool:
+    """Whether the torque drives the joint, and so has its sign."""
+    rows = problem.usable
+    return work_share(problem.reduced(problem.motion.velocity)[rows], problem.torque[rows]) > DRIVES
 
 
 def torque_scanned_start(problem: FitProblem, torques: Floats) -> tuple[int, Values]:

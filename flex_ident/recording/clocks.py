@@ -16,7 +16,7 @@ from flex_ident.recording.drift import without_drift
 from flex_ident.recording.instants import rough_period
 from flex_ident.recording.raw import RawSignal as RawSignal
 from flex_ident.recording.recording import FASTEST_HZ, Role, Signal, spacing_text
-from flex_ident.recording.ticks import evened_ticks, steps_taken_back, tick_ns, within_ticks
+from flex_ident.recording.ticks import evened_ticks, steps_taken_back, taken_when_stamped, tick_ns, within_ticks
 
 OTHER_CLOCK = 1_000_000_000
 """Difference in latency, ns, from which two headers are stamped by different clocks."""
@@ -74,6 +74,9 @@ def signals_of(
             stamps = within_ticks(own.stamps - origin, own.values) if tick else own.stamps - origin
             time = (stamps + shift).astype(np.float64) * 1e-9
             time[own.stamps == 0] = np.nan
+            judged = motor if np.array_equal(own.stamps, motor.stamps) else own
+            if tick and taken_when_stamped(time, judged.values, 1e-9 * tick):
+                tick = 0
             if shift:
                 notices.append(Notice(Code.DIFFERENT_CLOCKS, own.source, {"off_s": -shift * 1e-9}))
         else:

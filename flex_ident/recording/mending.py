@@ -23,6 +23,8 @@ MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
 POSITIONS: tuple[Role, ...] = ("motor_position", "link_position")
 ALIKE = 0.1
 """Difference of two signals' samples to an update, of those, up to which they are measured together."""
+STEPPED = 0.8
+"""Share of the effort's samples beyond which what repeats is no fault: a torque that is commanded in steps."""
 MANY = 0.2
 """Share of the messages from which a constant in between comes from a second publisher."""
 
@@ -95,6 +97,7 @@ def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal
 
 
 def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Signal:
+    """The torque without stretches in which it stands still while the joint moves; as it is where that is most."""
     position: Floats = np.interp(torque.time, motor.time, motor.values)
     stretches: list[Freeze] = freezes(torque.values, position, rough_period(torque.time))
     if not stretches:
@@ -105,6 +108,8 @@ def _without_freezes(torque: Signal, motor: Signal, notices: list[Notice]) -> Si
         kept[stretch.start + 1 : stretch.stop] = False
         seconds += float(torque.time[stretch.stop - 1] - torque.time[stretch.start])
     dropped = int(np.count_nonzero(~kept))
+    if dropped > STEPPED * kept.size:
+        return torque
     sizes = {"stretches": len(stretches), "seconds": seconds, "count": dropped, "total": kept.size}
     notices.append(Notice(Code.EFFORT_FROZEN, torque.source, sizes))
     return _kept(torque, kept)

@@ -19,10 +19,16 @@ SCATTER, CHANGES = 12.0, 6.0
 """How far a step must lie off the median around it, in the scatter around it and in its own usual size there."""
 SMALLEST_SHARE = 0.01
 """The same in the range that the joint moves in any case."""
+WANDER = 0.99
+"""Quantile of the speed, and of what time steps differ from the usual one by: so far it moves while stamps wander."""
 GAP_PERIODS = 3.0
 """Time steps, in periods, from which one cannot say what happened in between but by the size of other jumps."""
 MOST_SHARE = 0.08
 """Share of the samples from which jumps are the signal."""
+FEWEST_MOVING = 8
+"""Steps around one, other than zero, by which it is seen how fast the joint moves there."""
+CATCH_UP = 2.0
+"""Of what the joint moves in the time that a value was held: so far the step after it is no jump."""
 ALIKE = 0.1
 """Differences of jumps, in their size, up to which they are turns of one seam."""
 MOSTLY = 0.8
@@ -45,6 +51,7 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     """Positions (n,) without the jumps after which they go on as before. `turn` is that of the encoder, rad.
 
     A jump is a single step that lies far off the steps before and behind it: no joint has a speed for one sample only.
+    Where stamps wander, it is also further than the joint moves in the time that they wander by.
     """
     steps = np.diff(values)
     none = Jumps(values, 0, 0.0, False)
@@ -58,9 +65,11 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     size = ndimage.median_filter(np.abs(steps), WIDE, mode="mirror")
     finest = resolution(values)
     inner = float(np.ptp(np.cumsum(np.where(np.abs(off) > SCATTER * scatter, speed * dt, steps))))
-    enough = np.maximum(SCATTER * scatter + CHANGES * np.maximum(size, finest), SMALLEST_SHARE * inner)
+    wander = float(np.quantile(np.abs(speed), WANDER) * np.quantile(np.abs(dt - usual), WANDER))
+    enough = np.maximum(SCATTER * scatter + CHANGES * np.maximum(size, finest), SMALLEST_SHARE * inner) + wander
     jumped = (np.abs(off) > enough) & (dt < GAP_PERIODS * usual)
     places = np.flatnonzero(jumped & _alone(jumped))
+    places = places[[not _caught_up(steps, k) for k in places.tolist()]]
     if not places.size or places.size > max(1.0, MOST_SHARE * steps.size):
         return none
     beside = np.clip(places[:, None] + np.array([-2, -1, 1, 2]), 0, steps.size - 1)
@@ -77,6 +86,18 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
     correction = np.zeros(values.size)
     correction[places + 1] = sizes
     return Jumps(values - np.cumsum(correction), int(places.size), float(np.abs(sizes).max()), False)
+
+
+def _caught_up(steps: Floats, k: int) -> bool:
+    """Whether step `k` makes up for samples before it that repeat the last: as far as the joint moves meanwhile."""
+    first = max(0, k - WIDE)
+    moving = np.flatnonzero(steps[first:k]) + first
+    held = k - 1 - int(moving[-1]) if moving.size else 0
+    around = np.concatenate((steps[first:k], steps[k + 1 : k + 1 + WIDE]))
+    around = np.abs(around[around != 0.0])
+    if not held or around.size < FEWEST_MOVING:
+        return False
+    return bool(np.abs(steps[k]) <= CATCH_UP * (held + 1) * float(np.median(around)))
 
 
 def _alone(jumped: NDArray[np.bool_]) -> NDArray[np.bool_]:

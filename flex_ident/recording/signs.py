@@ -1,5 +1,7 @@
-"""Whether an effort has lost its sign: an absolute value has corners at zero, where an effort that gravity keeps on
-one side is flat if it gets there at all."""
+"""Whether an effort has lost its sign, or has the opposite one.
+
+An absolute value has corners at zero, where an effort that gravity keeps on one side is flat if it gets there at all.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +22,8 @@ LEGS = (1, 2, 3, 5, 8, 13, 20)
 """Samples to each side of a minimum over which its shape is looked at."""
 RISEN = 3.0
 """Of the noise: how far both sides must rise above a minimum for its shape to be seen."""
+DRIVES, BRAKES = 0.2, -0.5
+"""Share of the work (`work_share`) above which an effort has its sign, and below which it has the opposite one."""
 FEWEST_CORNERS = 6
 CORNERS = 0.4
 """Share of the minima at zero that must be corners."""
@@ -39,6 +43,21 @@ def refuse_unsigned(recording: Recording) -> None:
             "an absolute value does: record it with its sign, or name the signal that has it with --effort; if it is "
             "right as it is, say --effort-kind motor."
         )
+
+
+def work_share(velocity: Floats, effort: Floats) -> float:
+    """Work of an effort (n,) on a joint of this velocity (n,), as a share of all that it does and takes back.
+
+    Friction makes it positive in any motion that ends about where it began: 1 where the effort only drives the joint, 0
+    where nothing is lost, negative where the effort has lost its sign.
+    """
+    power = velocity * effort
+    return float(np.sum(power)) / max(float(np.sum(np.abs(power))), 1e-300)
+
+
+def brakes(recording: Recording) -> bool:
+    """Whether the effort of the recording takes up far more work than it does, as one of the opposite sign does."""
+    return work_share(np.gradient(recording.motor_position), recording.motor_torque) < BRAKES
 
 
 def corners_at_zero(effort: Floats) -> int:

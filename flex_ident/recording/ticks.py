@@ -19,6 +19,10 @@ CERTAIN = 0.4
 """Tick, in periods, up to which the step between two samples says how many periods there are."""
 SPAN, WITHOUT_LOSS = 64, 0.25
 """Samples over which ticks average out, and the quantile of their durations at which none of them is lost."""
+SMOOTHER = 0.8
+"""Roughness of a motion at its stamps, in that at even times, up to which samples were taken when stamped."""
+MOST_AROUND = 2.0
+"""Time from the first to the last of five samples, in usual ones, up to which a cubic joins them."""
 REPEATED = 0.01
 """Share of the messages that must repeat the stamp before them to be of one tick."""
 SETTLED = 32
@@ -56,6 +60,35 @@ def evened_ticks(time: Floats, tick: float) -> Floats:
     slope, offset = np.polyfit(index, time, 1)
     even: Floats = float(slope) * index + float(offset)
     return even
+
+
+def taken_when_stamped(time: Floats, values: Floats, tick: float) -> bool:
+    """Whether samples were taken at the ticks they are stamped with, as of a controller's cycle, and not between them.
+
+    `time` (n,), s, in ticks of `tick`, s; `values` (n,) as recorded. A motion is smooth at the times it was sampled at:
+    at others, it is as rough as they are wrong times its speed.
+    """
+    usable = np.isfinite(time) & np.isfinite(values)
+    time, values = time[usable], values[usable]
+    if time.size < FEWEST or (np.diff(time) <= 0.0).any():
+        return False
+    return _roughness(time, values) < SMOOTHER * _roughness(evened_ticks(time, tick), values)
+
+
+def _roughness(time: Floats, values: Floats) -> float:
+    """Root mean square distance of values (n,) from the cubic through the two before and the two behind each."""
+    n = time.size - 4
+    t, around = time[2:-2], (0, 1, 3, 4)
+    own = [time[k : k + n] for k in around]
+    predicted = np.zeros(n)
+    for i, k in enumerate(around):
+        weight = np.ones(n)
+        for j in range(len(around)):
+            if j != i:
+                weight *= (t - own[j]) / (own[i] - own[j])
+        predicted += weight * values[k : k + n]
+    near = own[-1] - own[0] < MOST_AROUND * float(np.median(own[-1] - own[0]))
+    return float(np.sqrt(np.mean((values[2:-2] - predicted)[near] ** 2)))
 
 
 def period_in_ticks(time: Floats) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from flex_ident.judgement.priorities import DOUBTS, EXPERIMENTS, REFUSALS, SIGNALS_FIRST
@@ -16,6 +16,8 @@ from flex_ident.report.worded import experiment_for
 UNRELATED_PERCENT = 90.0
 """A model that leaves this share of the torque describes nothing of it."""
 HALF_PERCENT = 50.0
+FOLLOW = (Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.UNDETERMINED, Code.LOW_EXCITATION)
+"""Codes that say nothing where the signals are not of one joint alone, or not what they were taken for."""
 Kind = Literal["signals", "action", "warning"]
 
 
@@ -50,7 +52,8 @@ def first_advice(result: Identification) -> Advice | None:
     said = {n.code: n for n in reversed(result.notices)}
     for code in SIGNALS_FIRST:
         if code in said:
-            return _as_said(said[code])
+            first = _as_said(said[code])
+            return replace(first, kind="signals") if result.verdict == "rejected" else first
     if result.verdict == "doubtful":
         return _objection(result, DOUBTS)
     return _remedy(result, said)
@@ -72,6 +75,8 @@ def _remedy(result: Identification, said: dict[Code, Notice]) -> Advice | None:
             "recorded motion. Is it this joint's effort (--effort), does it hold more than noise, and does one clock "
             "stamp both? No other experiment helps before that.",
         )
+    if Code.MOTOR_EQUATION not in said and Code.OTHER_JOINTS_MOVE in said and (weak or left > HALF_PERCENT):
+        return _alone(said[Code.OTHER_JOINTS_MOVE], left)
     if Code.MOTOR_EQUATION in said:
         return _of_the_motors_equation(said[Code.MOTOR_EQUATION], rigid=result.model.rigid)
     if left > HALF_PERCENT and weak and not result.model.rigid:
@@ -91,6 +96,15 @@ def _remedy(result: Identification, said: dict[Code, Notice]) -> Advice | None:
         notice = said[Code.NOT_PHYSICAL]
         return Advice("signals", f"Check sign and scale of the effort (--effort-scale): {sentence(notice)}", (notice,))
     return _objection(result, (*REFUSALS, Code.MODEL_MISMATCH, *DOUBTS))
+
+
+def _alone(notice: Notice, left: float) -> Advice:
+    """What to do where other joints moved, whose motion loads this one."""
+    text = (
+        f"Record this joint alone, all others held: {sentence(notice)} Their inertia and gravity load this joint, and "
+        f"the model of one joint leaves {left:.0f} % of the torque. No other experiment helps before that."
+    )
+    return Advice("signals", text, (notice,))
 
 
 def _objection(result: Identification, codes: Iterable[Code]) -> Advice | None:
@@ -114,15 +128,17 @@ def other_things(result: Identification) -> tuple[str, ...]:
     first = first_advice(result)
     kind = None if first is None else first.kind
     covered = () if first is None else first.covers
+    apart = kind == "signals" or (kind == "action" and any(n.code is Code.MOTOR_EQUATION for n in covered))
     kept = [
         n
         for n in result.notices
         if n.code is not Code.NOT_IDENTIFIABLE and n not in covered
         and not (kind in ("signals", "action") and n.code is Code.MODEL_MISMATCH)
+        and not (apart and n.code in FOLLOW)
     ]  # fmt: skip
     said = tuple(_sentence(text) for text in told(kept))
     weak = [p.key for p in result.parameters if not p.identifiable]
-    if kind == "signals" and weak:
+    if apart and weak:
         return (*said, f"{_listed(weak)} not determined by this recording, as things are.")
     return (*said, *_undetermined(result, [n for n in result.notices if n.code is Code.NOT_IDENTIFIABLE]))
 

@@ -14,6 +14,7 @@ from flex_ident.report.worded import (
     Template,
     base_not_determined,
     below_a_sample,
+    cause_suspected,
     chain_at_its_end,
     clock_drift,
     clock_stepped,
@@ -173,7 +174,13 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the motor position was divided by {gear_ratio:g}, and the effort taken as N m on the link side: if it is the "
         "motor shaft's too, give --effort-scale {gear_ratio:g}."
     ),
-    Code.EFFORT_REVERSED: REVERSED,
+    Code.EFFORT_REVERSED: {
+        "": REVERSED,
+        "brakes": (
+            "effort seems reversed: it takes up far more work than it does, and friction asks for the opposite: "
+            "--effort-scale -1, or the opposite of yours."
+        ),
+    },
     Code.EFFORT_JOINT_SENSOR: {
         "found": (
             "the effort is the torque through the transmission, from a sensor behind the gear: it holds a motor "
@@ -318,10 +325,7 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the model leaves {gap:.3g} {unit} rms of the link's position, of which noise accounts for {noise:.3g}: the "
         "link encoder reads something else than this link, or sits behind a further spring."
     ),
-    Code.CAUSE_SUSPECTED: (
-        "{subject} accounts best for what is left, and would move a parameter by up to {moved_stds:.1f} standard "
-        "deviations: run explain_gap, which tells whether it is there."
-    ),
+    Code.CAUSE_SUSPECTED: cause_suspected,
     Code.NOISE_UNKNOWN: (
         "how large the noise is cannot be told from this recording: repeat the motion, or give two recordings of it."
     ),

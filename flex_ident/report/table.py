@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.parameters.keys import key_parts
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
+from flex_ident.report.advice import first_thing, other_things
 from flex_ident.report.sentences import sentence
 
 MEANING = {
@@ -94,7 +95,7 @@ def result_text(result: Identification) -> str:
     if result.combined:
         lines += ["", text_table(header, [parameter_row(p) for p in result.combined], right=(1, 2, 3))]
     lines.append("")
-    if "locked_motor_hz" in result.derived:
+    if "locked_motor_hz" in result.derived and result.verdict != "rejected":
         free = result.derived.get("free_resonance_hz")
         more = "" if free is None else f", free {free:.4g} Hz"
         lines.append(f"modes: locked motor {result.derived['locked_motor_hz']:.4g} Hz{more}")
@@ -113,5 +114,8 @@ def result_text(result: Identification) -> str:
     for p in result.measurement:
         if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
             lines.append(f"measurement: {delay_text(p, prismatic=prismatic)}, corrected for")
-    lines += [f"warning: {sentence(n)}" for n in result.notices]
-    return "\n".join(lines)
+    if result.verdict != "rejected":
+        return "\n".join([*lines, *(f"warning: {sentence(n)}" for n in result.notices)])
+    first = first_thing(result)
+    lines += [f"to do first: {first}"] if first else []
+    return "\n".join([*lines, *(f"warning: {text}" for text in other_things(result) if text != first)])

@@ -13,6 +13,8 @@ Template = str | Callable[[Notice], str]
 WIDER = "a wider sweep, a larger amplitude or a payload"
 """The experiment for a parameter of which no better is known."""
 
+LEAST_MOVED = 0.1
+"""Standard deviations under which it is not said how far an effect would move a parameter."""
 TAKEN = "Positions are taken as rad or m on the link side."
 
 
@@ -131,8 +133,8 @@ def seam(n: Notice) -> str:
 def rezeroed(n: Notice) -> str:
     jumps, largest = n.numbers["jumps"], n.numbers["largest"]
     return (
-        f"{n.subject} jumps {often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero: "
-        "made continuous with its first part."
+        f"{n.subject} jumps {often(jumps)}, by {largest:.4g} at most, and goes on from there, as after a new zero, or "
+        "where recordings were put one behind another: made continuous with its first part."
     )
 
 
@@ -181,3 +183,10 @@ def base_not_determined(n: Notice) -> str:
 def other_joints(n: Notice) -> str:
     count = int(n.numbers["count"])
     return f"{count} other joint{'s' if count > 1 else ''} moved: {n.texts['joints']}."
+
+
+def cause_suspected(n: Notice) -> str:
+    """Which effect is suspected, and how far it would move a parameter where that is far enough to be said."""
+    moved = n.numbers["moved_stds"]
+    how = f", and would move a parameter by up to {moved:.1f} standard deviations" if moved >= LEAST_MOVED else ""
+    return f"{n.subject} accounts best for what is left{how}: run explain_gap, which tells whether it is there."

@@ -69,6 +69,19 @@ def test_each_joint_that_moves_is_looked_at(tmp_path: Path) -> None:
     assert isinstance(error, SignalError)
 
 
+def test_other_joints_that_moved_are_no_plain_yes(tmp_path: Path) -> None:
+    q = np.sin(np.arange(6000) / 30)
+    messages = [
+        Message(
+            "/joint_states", ns(i / RATE_HZ), JOINT_STATE,
+            joint_state(ns(i / RATE_HZ), ["a", "b"], [q[i], q[i // 2]], [q[i] + 0.3, 1.0]),
+        )
+        for i in range(q.size)
+    ]  # fmt: skip
+    text, _ = bag_check(rosbag2_bag(tmp_path / "bag", messages), SignalSelection(joint="a"))
+    assert "can be identified only where the motion of other joints hardly loads this one: record it alone" in text
+
+
 def test_bag_without_motion_or_joints_says_so(tmp_path: Path) -> None:
     still = [m._replace(content=joint_state(m.received_ns, ["a"], [1.0], [2.0])) for m in swing(200)]
     text, error = bag_check(rosbag2_bag(tmp_path / "still", still), SignalSelection())

@@ -81,6 +81,65 @@ def test_reversed_effort_is_named(cobot: Recording, sensors: str) -> None:
     assert result.notices[0].code == "effort_reversed"
 
 
+def swinging(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    """Position, velocity and acceleration (6000,) at 200 Hz of a random motion up to about 8 Hz."""
+    random = np.random.default_rng(seed)
+    t, q, v, a = np.arange(6000) / 200.0, np.zeros(6000), np.zeros(6000), np.zeros(6000)
+    for frequency in random.uniform(0.1, 8.0, 40):
+        omega, phase = 2.0 * np.pi * frequency, random.uniform(0.0, 2.0 * np.pi)
+        size = 0.3 / (1.0 + frequency**2)
+        q += size * np.sin(omega * t + phase)
+        v += size * omega * np.cos(omega * t + phase)
+        a -= size * omega**2 * np.sin(omega * t + phase)
+    return q, v, a
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_effort_recorded_late_is_named(seed: int) -> None:
+    q, v, a = swinging(seed)
+    torque = 0.004 * a + 0.3 * v + 0.05 * np.tanh(v / 0.01)
+    noise = np.random.default_rng(seed).normal(0.0, 0.02, q.size)
+    recording = Recording("motor", 200.0, q, np.roll(torque, 4) + noise)
+    with pytest.raises(ExcitationError, match="recorded about 20 ms late against the position") as caught:
+        identify(recording, IdentifyOptions(rigid=True))
+    assert "reversed" not in str(caught.value)
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_an_effort_that_drives_the_joint_is_not_reversed(rigid: bool) -> None:
+    """Friction loads the motor, other joints the link: the inertia comes out negative, and the sign is right."""
+    q, v, a = swinging(5)
+    torque = 3.0 * v + 2.0 * np.tanh(v / 0.01) - 0.02 * a
+    moved = Notice(Code.OTHER_JOINTS_MOVE, "", {"count": 1}, {"joints": "elbow"})
+    noise = np.random.default_rng(5).normal(0.0, 0.05, q.size)
+    recording = Recording("wrist", 200.0, q, torque + noise, notices=(moved,))
+    with pytest.raises(ExcitationError, match="other joints that move load this one"):
+        identify(recording, IdentifyOptions(rigid=rigid))
+    with pytest.raises(ExcitationError, match="effort seems reversed"):
+        identify(replace(recording, motor_torque=-3.0 * v - 0.5 * a), IdentifyOptions(rigid=rigid))
+
+
+def test_an_effort_that_brakes_a_joint_which_others_load_is_reversed() -> None:
+    """No fit tells: only the work does. Nothing is said of the kind of an effort that no model explains."""
+    q, v, a = swinging(6)
+    other, _, pull = swinging(7)
+    moved = Notice(Code.OTHER_JOINTS_MOVE, "", {"count": 1}, {"joints": "elbow"})
+    torque = 6.0 * v + 0.02 * a + 3.0 * np.tanh(v / 0.01) + 4.0 * np.cos(q + other) + 0.3 * pull
+    recording = Recording("shoulder", 200.0, q, torque, notices=(moved,))
+    assert "reversed" not in what_is_said(recording)
+    assert "seems reversed" in what_is_said(replace(recording, motor_torque=-torque))
+
+
+def what_is_said(recording: Recording) -> str:
+    """The error, or what a result that is not trusted is told to do first."""
+    try:
+        result = identify(recording, IdentifyOptions(rigid=True))
+    except ExcitationError as error:
+        return str(error)
+    assert result.verdict != "trusted"
+    return first_thing(result) or ""
+
+
 @pytest.mark.parametrize(("case", "verdict"), [("fast", "trusted"), ("slow", "doubtful")])
 def test_an_effort_that_was_measured_slowly_is_not_trusted(cobot: Recording, case: str, verdict: str) -> None:
     numbers = {"stamped_hz": 500.0, "measured_hz": 50.0, "count": 9.0, "total": 10.0}

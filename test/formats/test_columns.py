@@ -46,6 +46,11 @@ def joints(choice: Choice) -> Joints:
                                                 "link_position": "ql"}}),
         ("t|position|q|effort", {"joint": {"position": "position", "effort": "effort"}}),
         ("t|motorPosition|motorTorque", {"joint": {"position": "motorPosition", "effort": "motorTorque"}}),
+        ("t|q.0|tau_measured.0|tau_command.0|tau_feedback.0|q_cmd.0",
+         {"joint_0": {"position": "q.0", "effort": "tau_measured.0", "reference": "q_cmd.0"}}),
+        ("t|Joint1_Pos|Joint1_Force", {"Joint1": {"position": "Joint1_Pos", "effort": "Joint1_Force"}}),
+        ("time [s]|a1 torque cmd [Nm]|a1 position [rad]|a1 torque [Nm]|a1 q-axis [A]",
+         {"a1": {"position": "a1 position [rad]", "effort": "a1 torque [Nm]"}}),
         ("t|tool_acc|q|tau|pressure", {"joint": {"position": "q", "effort": "tau"}}),
     ],
 )  # fmt: skip

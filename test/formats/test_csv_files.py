@@ -48,7 +48,7 @@ def test_damaged_cells_are_no_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("", "names no columns"), ("1,2,3\n4,5,6\n", "names no columns"), ("x" * (2 << 20), "no table"),
+        ("", "neither names of columns"), ("nonsense\n1\n", "neither names of columns"), ("x" * (2 << 20), "no table"),
         (",".join(f"q{i}" for i in range(MOST_COLUMNS + 1)) + "\n1\n", "are read at most"),
     ],
 )  # fmt: skip
@@ -57,3 +57,29 @@ def test_what_is_no_table_is_refused(tmp_path: Path, content: str, said: str) ->
     with pytest.raises(SignalError, match=said) as caught:
         CsvFile(tmp_path / "a.csv")
     assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " ", "   "])
+@pytest.mark.parametrize("comments", ["", "# a log of 2020\n% q in rad, torque in newton metres\n"])
+def test_columns_without_names_are_numbered(tmp_path: Path, separator: str, comments: str) -> None:
+    file = written(tmp_path / "a.txt", "t,q,tau", separator=separator)
+    file.write_text(comments + file.read_text().partition("\n")[2])
+    table = CsvFile(file)
+    assert list(table.columns) == ["column_1", "column_2", "column_3"]
+    columns = table.read(["column_1", "column_3"])
+    np.testing.assert_allclose(columns["column_1"], TIME, atol=1e-9)
+    np.testing.assert_allclose(columns["column_3"], TAU, atol=1e-9)
+
+
+@pytest.mark.parametrize("names", ["t,q,tau", "# t,q,tau"])
+def test_comments_before_the_names(tmp_path: Path, names: str) -> None:
+    file = written(tmp_path / "a.csv", names)
+    file.write_text("# Test started at noon, by hand\n#\n# gear: 6.0; sensor: none\n" + file.read_text())
+    table = CsvFile(file)
+    assert list(table.columns) == ["t", "q", "tau"]
+    np.testing.assert_allclose(table.read(["q"])["q"], Q, atol=1e-9)
+
+
+def test_one_column_without_a_name(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "a.txt", TIME)
+    np.testing.assert_allclose(CsvFile(tmp_path / "a.txt").read(["column_1"])["column_1"], TIME)

@@ -30,7 +30,7 @@ HELD = np.full(SAMPLES, 0.5)
 TWO = {"q": np.column_stack((HELD, Q)), "tau": np.column_stack((0.0 * HELD, TAU))}
 
 
-def import_of(file: Path, bag: Path, **given: object) -> Imported:
+def import_of(file: Path | list[Path], bag: Path, **given: object) -> Imported:
     values = {s.key: s.default for s in IMPORT_SETTINGS}
     return imported(file, bag, {**values, **{f"import.{key}": value for key, value in given.items()}})
 
@@ -122,6 +122,48 @@ def test_matlab_5(tmp_path: Path, compressed: bool, structure: bool) -> None:
     done = import_of(tmp_path / "a.mat", tmp_path / "bag")
     assert_true(tmp_path / "bag")
     assert f"position {'log.' if structure else ''}q.1" in done.lines[2]
+
+
+def test_numpy_archives(tmp_path: Path) -> None:
+    more = {"names": np.array(["a", "b"]), "made": np.array([{"by": 1}], object), "tau_command": TWO["q"]}
+    np.savez(tmp_path / "a.npz", time=TIME, q=TWO["q"], tau_measured=TWO["tau"], **more)
+    done = import_of(tmp_path / "a.npz", tmp_path / "bag")
+    assert_true(tmp_path / "bag")
+    assert done.lines[2].startswith("joint_1: position q.1, effort tau_measured.1")
+    np.save(tmp_path / "b.npy", np.column_stack((TIME, Q, TAU)))
+    import_of(tmp_path / "b.npy", tmp_path / "bag_b", time="column.0", position="column.1", effort="column.2")
+    assert_true(tmp_path / "bag_b")
+
+
+@pytest.mark.parametrize("damage", ["objects", "cut", "zip"])
+def test_numpy_files_that_hold_no_numbers(tmp_path: Path, damage: str) -> None:
+    file = tmp_path / "a.npz"
+    np.savez(file, made=np.array([{"by": 1}], object)) if damage == "objects" else np.savez(file, q=Q)
+    if damage == "cut":
+        file.write_bytes(file.read_bytes()[:-200])
+    if damage == "zip":
+        file.write_bytes(b"PK\x03\x04 and no archive")
+    with pytest.raises(SignalError, match="holds no numeric arrays" if damage == "objects" else "is damaged") as caught:
+        import_of(file, tmp_path / "bag")
+    assert "\n" not in str(caught.value)
+
+
+def test_files_side_by_side(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "time.txt", TIME)
+    np.savetxt(tmp_path / "angle.txt", TWO["q"])
+    np.savetxt(tmp_path / "torque.txt", TWO["tau"])
+    files = [tmp_path / f"{name}.txt" for name in ("time", "angle", "torque")]
+    given = {"position": "angle.column_1..angle.column_2", "effort": "torque.column_1..torque.column_2"}
+    done = import_of(files, tmp_path / "bag", joints="a,b", **given)
+    assert_true(tmp_path / "bag", "b")
+    assert done.lines[0] == "time: time, 2000 samples at 250.00 Hz"
+    np.savetxt(tmp_path / "torque.txt", TWO["tau"][:-5])
+    with pytest.raises(SignalError, match="different lengths"):
+        import_of(files, tmp_path / "bag_b", **given)
+    with pytest.raises(SignalError, match="two of the files are called alike: time"):
+        import_of([files[0], files[0]], tmp_path / "bag_b", **given)
+    with pytest.raises(UsageError, match=r"column_1 stands before angle\.column_2"):
+        import_of(files, tmp_path / "bag_b", position="angle.column_2..angle.column_1")
 
 
 def hdf5(path: Path, datasets: dict[str, Any], *, matlab: bool = False) -> Path:
@@ -279,7 +321,8 @@ def broken_dataset(file: Path) -> Path:
         (text("t,q,tau\n0,1,2\n0.1,2,3\n1e300,3,4\n"), {}, SignalError, r"span 1e\+300 s"),
         (text("t,q,tau\n0,1,2\n0.1,2,3\n0.2,3,4\n"), {"episode": 0}, UsageError, "of LeRobot datasets"),
         (text("t,q,tau\n0,1,2\n0.1,2,3\n0.2,3,4\n"), {"episode": 0.5}, UsageError, "whole number"),
-        (text("a\0b"), {}, SignalError, "no table that is known"), (text(""), {}, SignalError, "names no columns"),
+        (text("a\0b"), {}, SignalError, "no table that is known"),
+        (text(""), {}, SignalError, "neither names of columns"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_imported_is_one_line_and_leaves_nothing(

@@ -95,6 +95,7 @@ FIELDS: dict[Code, dict[str, str]] = {
     Code.POSITION_NOT_SI: {"ratio": "f"},
     Code.NOT_IDENTIFIABLE: {"std": "f"},
     Code.LOW_EXCITATION: {"relative_std_percent": "f"},
+    Code.CAUSE_SUSPECTED: {"moved_stds": "f"},
     Code.TORQUE_DELAY: {"delay_s": "f", "sample_s": "f"},
     Code.LINK_SKEW: {"delay_s": "f", "sample_s": "f"},
     Code.OTHER_JOINTS_MOVE: {"count": "f", "joints": "s"},

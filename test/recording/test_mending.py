@@ -270,3 +270,58 @@ def test_small_spikes_and_pairs_of_them_in_a_position_are_left_out(role: Role, s
     found, notices = mended_signals(with_values(given, role, values))
     assert codes(notices) == ["spikes"]
     assert not np.isin(of(given, role).time[hit], of(found, role).time).any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("sticks", [False, True])
+def test_a_joint_polled_when_the_line_is_free_does_not_jump(seed: int, sticks: bool) -> None:
+    """Steps as far as the joint moves during a late answer are motion, also where it sticks most of the time."""
+    random = np.random.default_rng(seed)
+    steps = 0.02 + random.exponential(0.01, 3000) + 0.1 * (random.random(3000) < 0.06)
+    time = np.cumsum(steps)
+    position = 0.3 * np.sin(0.25 * time) + 0.02 * np.sin(1.7 * time)
+    if sticks:
+        position = np.where(np.sin(1.3 * time) > 0.3, position, np.round(position / 0.03) * 0.03)
+        position = np.convolve(np.pad(position, 2, mode="edge"), np.ones(5) / 5.0, mode="valid")
+    position = rounded(position, 2 * np.pi / 16384)
+    effort = random.standard_normal(time.size)
+    given = [
+        Signal("motor_position", "/joint_states:j.position", "header", time, position),
+        Signal("motor_torque", "/joint_states:j.effort", "header", time, effort),
+    ]
+    found, notices = mended_signals(given)
+    assert "position_rezeroed" not in codes(notices)
+    kept = of(found, "motor_position")
+    np.testing.assert_array_equal(kept.values, position[np.isin(time, kept.time)])
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0, 500.0])
+@pytest.mark.parametrize("held", [2, 4, 8])
+def test_a_step_after_held_samples_makes_up_for_them(rate: float, held: int) -> None:
+    """A publisher that stands still for a few samples now and then, and goes on where the joint is meanwhile."""
+    random = np.random.default_rng(held)
+    given = signals(rate, motion="steady")
+    signal = of(given, "motor_position")
+    values = signal.values.copy()
+    starts = random.choice(np.arange(int(2.0 * rate), int(10.0 * rate)), 12, replace=False)
+    for k in starts.tolist():
+        values[k : k + held + 1] = values[k]
+    _, notices = mended_signals(with_values(given, "motor_position", values))
+    assert "position_rezeroed" not in codes(notices)
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+def test_a_torque_in_steps_is_not_frozen(rate: float) -> None:
+    """A joint pushed to and fro by torques that are held for seconds."""
+    time = np.arange(0.0, 16.0, 1.0 / rate)
+    torque = np.where((time // 2.0) % 2 == 0, 3.0, -3.0)
+    torque[:3] = 0.0, 1.0, 2.0
+    velocity = np.cumsum(torque - 1.5 * np.sin(np.pi * time / 2.0)) / rate / 4.0
+    position = np.cumsum(velocity - velocity.mean()) / rate
+    given = [
+        Signal("motor_position", "/joint_states:j.position", "header", time, position),
+        Signal("motor_torque", "/joint_states:j.effort", "header", time, torque),
+    ]
+    found, notices = mended_signals(given)
+    assert codes(notices) == []
+    np.testing.assert_array_equal(of(found, "motor_torque").values, torque)

@@ -1,5 +1,7 @@
 """Stamps of coarse clocks and of clocks that were set are made even; clean ones are left alone."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,22 @@ def test_coarse_ticks_are_evened(rate: float, tick: float, lost: float) -> None:
     assert f"ticks of {tick * 1e3:.4g} ms" in said[0]
     off = signal.time - (time - time[0])
     assert np.std(off) < 0.2 * np.std(stamps - time)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-5])
+@pytest.mark.parametrize(("tick", "between"), [(0.002, (5, 5, 6)), (0.004, (3, 4)), (0.001, (2, 3, 3, 4))])
+def test_samples_of_a_controller_that_was_asked_unevenly(tick: float, between: tuple[int, ...], noise: float) -> None:
+    random = np.random.default_rng(7)
+    time = tick * np.cumsum(random.choice(between, SAMPLES))
+    own = raw(time, arrivals(time, random, 1e-4))
+    even = np.linspace(0.0, time[-1], SAMPLES)
+    for values, kept in ((np.sin(3.0 * time), True), (np.sin(3.0 * even), False)):
+        noisy = dataclasses.replace(own, values=values + noise * random.standard_normal(SAMPLES))
+        torque = dataclasses.replace(own, values=random.standard_normal(SAMPLES))
+        signals, notices, _ = signals_of({"motor_position": noisy, "motor_torque": torque}, joint="a")
+        assert bool(notices) is not kept
+        for signal in signals:
+            assert np.allclose(signal.time, time - time[0], atol=1e-9) is kept
 
 
 @pytest.mark.parametrize("rate", [100.0, 500.0, 1000.0])

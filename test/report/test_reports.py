@@ -17,6 +17,7 @@ from flex_ident.report.figures import thinned
 from flex_ident.report.gap_table import change, closed_share, gap_text, others_text
 from flex_ident.report.gap_writing import write_explanation
 from flex_ident.report.sentences import sentence
+from flex_ident.report.table import result_text
 
 LEAVES = Notice(Code.MODEL_MISMATCH, numbers={"left_percent": 97.0})
 GAPS = Notice(Code.GAPS, numbers={"percent": 3.0, "periods": 10})
@@ -55,6 +56,26 @@ def test_a_reversed_effort_comes_before_all_else() -> None:
     first = first_thing(result("rejected", 97.0, ("K",), Notice(Code.EFFORT_REVERSED))) or ""
     assert first.startswith("Effort seems reversed")
     assert "--effort-scale -1" in first
+
+
+def test_other_joints_that_moved_come_before_experiments() -> None:
+    moved = Notice(Code.OTHER_JOINTS_MOVE, "", {"count": 2}, {"joints": "shoulder, wrist"})
+    r = result("rejected", 60.0, ("K", "JL", "MX"), moved, LEAVES)
+    first = first_thing(r) or ""
+    assert first.startswith("Record this joint alone, all others held: 2 other joints moved: shoulder, wrist.")
+    assert other_things(r) == ("K, JL and MX are not determined by this recording, as things are.",)
+    text = result_text(r)
+    assert text.count("not determined") == 1
+    assert f"to do first: {first}" in text
+    assert (first_thing(result("rejected", 5.0, (), moved, Notice(Code.NOT_PHYSICAL))) or "").startswith(
+        "Record"
+    ) is False
+
+
+def test_modes_of_a_rejected_result_are_not_shown() -> None:
+    derived = {"locked_motor_hz": 0.3, "free_resonance_hz": 1.7e5}
+    assert "modes:" not in result_text(replace(result("rejected", 30.0, ("K",)), derived=derived))
+    assert "modes:" in result_text(replace(result("doubtful", 30.0), derived=derived))
 
 
 def test_the_motors_equation_is_told_with_what_to_do() -> None:
