@@ -80,6 +80,8 @@ def hidden_effect(
             found = {"delay": sign * size(1.5, 6.0) * scales.sample_time}
         case "encoder_skew":
             found = {"skew": sign * size(1.5, 6.0) * scales.sample_time}
+        case "effort_lag":
+            found = {"time": size(1.5, 8.0) * scales.sample_time}
         case "saturation":
             found = {"limit": (1.0 - size(0.05, 0.5)) * scales.largest_torque}
         case "second_mode":

@@ -42,7 +42,8 @@ KEYS = {
     "second_mode.damping": "second_damping", "friction_jump.torque": "angle_jump",
     "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
 }  # fmt: skip
-"""The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew` and `load_dead_time` come after it."""
+"""The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew`, `effort_lag` and `load_dead_time`
+come after it."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,15 @@ def scales_of(joint: str, experiment: Experiment) -> Scales:
     )  # fmt: skip
 
 
+def low_passed(torque: np.ndarray, ts: float, time: float) -> np.ndarray:
+    """A torque (n,), held over each sample, as a first-order low-pass shows it at the start of each."""
+    slow = np.empty_like(torque)
+    slow[0] = torque[0]
+    for k in range(1, torque.size):
+        slow[k] = torque[k - 1] + (slow[k - 1] - torque[k - 1]) * math.exp(-ts / time)
+    return slow
+
+
 def hidden_recording(
     joint: str, hidden: dict[str, float], experiment: Experiment, *, changed: dict[str, float] | None = None,
     seed: int = 0, noise: Noise | None = None, link: bool = True,
@@ -161,6 +171,8 @@ def hidden_recording(
     late = hidden.get("time_delay.delay", 0.0) + hidden.get("load_dead_time.delay", 0.0) * load / max(load.mean(), 1e-9)
     if np.any(late):
         held = np.interp(time - late, time, held)
+    if "effort_lag.time" in hidden:
+        held = low_passed(torque, 1 / rate, hidden["effort_lag.time"])
     if "encoder_skew.skew" in hidden:
         link_position = np.interp(time - hidden["encoder_skew.skew"], time, link_position)
     held = held + rng.normal(0.0, noise.torque * size, ref.size)

@@ -7,6 +7,7 @@ import math
 from flex_ident.effects.backlash import BACKLASH
 from flex_ident.effects.cable_torque import CABLE_TORQUE
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effort_lag import EFFORT_LAG
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
@@ -61,6 +62,7 @@ CATALOGUE: dict[str, Effect] = {
         SECOND_MODE,
         PRESLIDING_FRICTION,
         MOUNT_MODE,
+        EFFORT_LAG,
         MOTOR_FRICTION_CURVE,
         MOTOR_ANGLE_CURVE,
         SPRING_CURVE_EFFECT,

@@ -69,8 +69,13 @@ def _best(found: Iterable[Score | None]) -> dict[tuple[str, str], Score]:
 
 
 def orthonormal(fit: Fit, drop: str) -> Floats:
-    """Orthonormal columns (r, k) of what the model's own free parameters can do."""
-    kept = [i for i, key in enumerate(fit.free) if key != drop]
+    """Orthonormal columns (r, k) of what the model's own free parameters can do without the nuisance `drop`.
+
+    An effect that takes a nuisance over need not compete with another such one that is at its end: a delay confined to
+    a sample and a low-pass, or the other way round, are alike in small changes.
+    """
+    out = {drop} | ({e.replaces for e in CATALOGUE.values()} & set(fit.at_bound) if drop else set())
+    kept = [i for i, key in enumerate(fit.free) if key not in out]
     jacobian = fit.jacobian[:, kept]
     scale = np.linalg.norm(jacobian, axis=0)
     jacobian = jacobian[:, scale > 0.0] / scale[scale > 0.0]

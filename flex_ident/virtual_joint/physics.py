@@ -112,6 +112,7 @@ class P(IntEnum):
     """Number of points; the place and the torque of each follow."""
     ANGLE_TABLE = 140
     SPRING_TABLE = 189
+    EFFORT_LAG = 238
 
 
 BASE = {
@@ -148,6 +149,7 @@ EFFECTS: dict[str, int] = {
     "joint_damping.damping": P.SPRING_DAMPING,
     "time_delay.delay": P.TORQUE_DELAY,
     "encoder_skew.skew": P.LINK_SKEW,
+    "effort_lag.time": P.EFFORT_LAG,
     "saturation.limit": P.DRIVE_LIMIT,
     "iron_saturation.loss": P.IRON_LOSS,
     "torque_droop.loss": P.TORQUE_DROOP,
@@ -180,7 +182,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.SPRING_TABLE) + 1 + 2 * POINTS
+SIZE = max(map(int, P)) + 1
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

@@ -34,16 +34,17 @@ FRICTION_TABLE, ANGLE_TABLE, SPRING_TABLE = int(P.FRICTION_TABLE), int(P.ANGLE_T
 CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
 CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
 WAVE = int(P.FRICTION_WAVE)
-IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
+IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
-STATE = 18
+STATE = 20
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
 command and its rate; time; the command before and the one before that; torque of the motor's bristles; the base's
-angle, rate and acceleration."""
+angle, rate and acceleration; torque behind the driver's low-pass; deflection
+of the spring's part that relaxes."""
 INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
-BASE, BASE_RATE, BASE_ACCELERATION = 15, 16, 17
+BASE, BASE_RATE, BASE_ACCELERATION, SLOW, PART = 15, 16, 17, 18, 19
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
@@ -298,6 +299,16 @@ def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: flo
 
 
 @compiled
+def read_torque(p: Floats, state: Floats, torque: float, h: float) -> float:
+    """What the driver says of a `torque`, N m, that holds for `h` s: its mean behind a low-pass, which moves on."""
+    if p[LAG] <= 0.0:
+        return torque
+    off = state[SLOW] - torque
+    state[SLOW] = torque + off * math.exp(-h / p[LAG])
+    return float(torque + (off + torque - state[SLOW]) * p[LAG] / h)
+
+
+@compiled
 def sampled(
     p: Floats, gains: Floats, kind: int, state: Floats, command: float, disturbance: float, cycle: float,
     substeps: int, rows: Floats,
@@ -314,7 +325,8 @@ def sampled(
             s = (i + 1.0) / cycles
             asked = before + 0.5 * ((1.0 - s) ** 2 * (earlier - before) + s * s * (command - before))
         torque = drive_torque(gains, kind, state, asked, cycle)
-        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4] = state[0], state[1], state[2], state[3], torque
+        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3] = state[0], state[1], state[2], state[3]
+        rows[i, 4] = read_torque(p, state, torque, cycle)
         delivered = torque
         if p[LIMIT] > 0.0:
             delivered = min(max(torque, -p[LIMIT]), p[LIMIT])
@@ -367,6 +379,7 @@ def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
     state[0], state[2], state[4] = motor, link, link
     state[7] = float(deflection(p, motor, link))
     state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT] + float(periodic(p, RIPPLE, motor))
+    state[SLOW] = state[INTEGRAL]
     state[SMOOTH], state[BEFORE], state[EARLIER] = motor, command, command
     if p[KB] > 0.0:
         state[BASE] = -float(weight(p, link)) / p[KB]

@@ -43,6 +43,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "torque_droop": {"loss": 0.05},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
+    "effort_lag": {"time": 8e-3},
     "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},
     "motor_friction_curve": {
         "speed_1": -1.5, "torque_1": -5.0, "speed_2": -0.6, "torque_2": 3.0, "speed_3": -0.1, "torque_3": 1.0,
