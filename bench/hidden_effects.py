@@ -82,6 +82,8 @@ def hidden_effect(
             found = {"skew": sign * size(1.5, 6.0) * scales.sample_time}
         case "effort_lag":
             found = {"time": size(1.5, 8.0) * scales.sample_time}
+        case "soft_zone":
+            found = {"share": size(0.1, 0.7), "deflection": size(0.1, 1.0) * scales.deflection}
         case "saturation":
             found = {"limit": (1.0 - size(0.05, 0.5)) * scales.largest_torque}
         case "second_mode":

@@ -25,7 +25,7 @@ NAMES = (
     "quadratic", "load", "drift", "cubic", "gap", "slip_torque", "slip_deflection", "damping", "ripple",
     "ripple_cycles", "ripple_phase", "kinematic", "kinematic_cycles", "kinematic_phase", "limit", "second_inertia",
     "second_stiffness", "second_damping", "angle_jump", "angle_jump_at", "lugre", "lugre_bristle", "stribeck_link",
-    "load_link", "quadratic_link", "asymmetry_link",
+    "load_link", "quadratic_link", "asymmetry_link", "zone", "zone_deflection",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(NAMES)}
 
@@ -41,6 +41,7 @@ KEYS = {
     "saturation.limit": "limit", "second_mode.inertia": "second_inertia", "second_mode.stiffness": "second_stiffness",
     "second_mode.damping": "second_damping", "friction_jump.torque": "angle_jump",
     "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
+    "soft_zone.share": "zone", "soft_zone.deflection": "zone_deflection",
 }  # fmt: skip
 """The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew`, `effort_lag` and `load_dead_time`
 come after it."""
@@ -87,6 +88,8 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
             d = x - b
             half = 0.5 * p[17]
             de = d - half if d > half else (d + half if d < -half else 0.0)
+            if p[39] > 0.0:
+                de *= 1.0 - p[39] * p[40] / math.sqrt(p[40] ** 2 + de**2)
             s = p[1] * de + p[16] * d * d * d + p[20] * (xv - vb)
             if p[18] > 0.0:
                 for j in range(4):

@@ -24,6 +24,7 @@ from flex_ident.effects.position_dependent_friction import POSITION_DEPENDENT_FR
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
+from flex_ident.effects.soft_zone import SOFT_ZONE
 from flex_ident.effects.spring_curve import SPRING_CURVE_EFFECT
 from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
 from flex_ident.effects.time_delay import TIME_DELAY
@@ -63,6 +64,7 @@ CATALOGUE: dict[str, Effect] = {
         PRESLIDING_FRICTION,
         MOUNT_MODE,
         EFFORT_LAG,
+        SOFT_ZONE,
         MOTOR_FRICTION_CURVE,
         MOTOR_ANGLE_CURVE,
         SPRING_CURVE_EFFECT,

@@ -167,6 +167,11 @@ class Term(IntEnum):
     FRICTION_WAVE_5 = "motor", True
     FRICTION_WAVE_CYCLES_5 = "motor", False, "FRICTION_WAVE_5"
     FRICTION_WAVE_PHASE_5 = "motor", False, "FRICTION_WAVE_5"
+    # a spring that is softer at small torque
+    SOFT_ZONE_SHARE = "spring", False
+    """Share of the stiffness that is missing at no torque."""
+    SOFT_ZONE_DEFLECTION = "spring", False, "SOFT_ZONE_SHARE"
+    """Deflection, rad, up to which it is."""
     # laws as tables: how many points there are, where they lie, and the torque at each
     _ignore_ = "_law _side _n"
     for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):

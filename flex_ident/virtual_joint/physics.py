@@ -113,6 +113,8 @@ class P(IntEnum):
     ANGLE_TABLE = 140
     SPRING_TABLE = 189
     EFFORT_LAG = 238
+    SOFT_SHARE = 239
+    SOFT_DEFLECTION = 240
 
 
 BASE = {
@@ -144,6 +146,8 @@ EFFECTS: dict[str, int] = {
     "cable_torque.sine": P.CABLE_SINE,
     "nonlinear_stiffness.cubic": P.CUBIC,
     "backlash.gap": P.PLAY,
+    "soft_zone.share": P.SOFT_SHARE,
+    "soft_zone.deflection": P.SOFT_DEFLECTION,
     "hysteresis.torque": P.DAHL_TORQUE,
     "hysteresis.deflection": P.DAHL_DEFLECTION,
     "joint_damping.damping": P.SPRING_DAMPING,

@@ -34,6 +34,7 @@ FRICTION_TABLE, ANGLE_TABLE, SPRING_TABLE = int(P.FRICTION_TABLE), int(P.ANGLE_T
 CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
 CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
 WAVE = int(P.FRICTION_WAVE)
+ZONE, ZONE_D = int(P.SOFT_SHARE), int(P.SOFT_DEFLECTION)
 IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 
 HARMONICS = 5
@@ -136,9 +137,11 @@ def deflection(p: Floats, motor: float, link: float) -> float:
 
 @compiled
 def elastic_torque(p: Floats, d: float, bristle: float) -> float:
-    """Torque of the spring at deflection `d` with its play, hardening and Dahl part, N m."""
+    """Torque of the spring at deflection `d` with its play, soft zone, hardening and Dahl part, N m."""
     half = 0.5 * p[PLAY]
     engaged = d - half if d > half else (d + half if d < -half else 0.0)
+    if p[ZONE] > 0.0:
+        engaged *= 1.0 - p[ZONE] / math.hypot(1.0, engaged / p[ZONE_D])
     torque = p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle
     if p[SPRING_TABLE] > 0.0:
         law = table(p, SPRING_TABLE)
@@ -361,7 +364,7 @@ def _rest_link(p: Floats, motor: float) -> float:
     errors = 0.0
     for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
         errors += abs(p[i])
-    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * errors + 1e-9
+    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * (p[ZONE] * p[ZONE_D] + errors) + 1e-9
     low, high = motor - span, motor + span
     for _ in range(60):
         link = 0.5 * (low + high)

@@ -21,6 +21,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "friction_drift": {"rate": 0.02},
     "nonlinear_stiffness": {"cubic": 4e8},
     "backlash": {"gap": 5e-4},
+    "soft_zone": {"share": 0.4, "deflection": 8e-4},
     "hysteresis": {"torque": 2.0, "deflection": 1e-3},
     "joint_damping": {"damping": 4.0},
     "torque_ripple": {
