@@ -82,6 +82,8 @@ def hidden_effect(
             found = {"skew": sign * size(1.5, 6.0) * scales.sample_time}
         case "effort_lag":
             found = {"time": size(1.5, 8.0) * scales.sample_time}
+        case "motor_encoder_error":
+            found = {"amplitude": size(0.01, 0.1) * scales.deflection, "cycles_per_turn": cycles, "phase": phase}
         case "soft_zone":
             found = {"share": size(0.1, 0.7), "deflection": size(0.1, 1.0) * scales.deflection}
         case "saturation":

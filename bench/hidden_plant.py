@@ -25,7 +25,8 @@ NAMES = (
     "quadratic", "load", "drift", "cubic", "gap", "slip_torque", "slip_deflection", "damping", "ripple",
     "ripple_cycles", "ripple_phase", "kinematic", "kinematic_cycles", "kinematic_phase", "limit", "second_inertia",
     "second_stiffness", "second_damping", "angle_jump", "angle_jump_at", "lugre", "lugre_bristle", "stribeck_link",
-    "load_link", "quadratic_link", "asymmetry_link", "zone", "zone_deflection",
+    "load_link", "quadratic_link", "asymmetry_link", "zone", "zone_deflection", "encoder",
+    "encoder_cycles", "encoder_phase",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(NAMES)}
 
@@ -41,7 +42,8 @@ KEYS = {
     "saturation.limit": "limit", "second_mode.inertia": "second_inertia", "second_mode.stiffness": "second_stiffness",
     "second_mode.damping": "second_damping", "friction_jump.torque": "angle_jump",
     "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
-    "soft_zone.share": "zone", "soft_zone.deflection": "zone_deflection",
+    "motor_encoder_error.amplitude": "encoder", "motor_encoder_error.cycles_per_turn": "encoder_cycles",
+    "motor_encoder_error.phase": "encoder_phase", "soft_zone.share": "zone", "soft_zone.deflection": "zone_deflection",
 }  # fmt: skip
 """The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew`, `effort_lag` and `load_dead_time`
 come after it."""
@@ -72,9 +74,11 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
     c, vc = b, 0.0
     bristle = 0.0
     for k in range(n):
-        motor[k], link[k] = a, b
+        read = a + p[41] * math.sin(p[42] * a + p[43])
+        read_rate = va * (1.0 + p[41] * p[42] * math.cos(p[42] * a + p[43]))
+        motor[k], link[k] = read, b
         rv = (ref[min(k + 1, n - 1)] - ref[k]) / ts
-        e = kp * (ref[k] - a) + rv - va
+        e = kp * (ref[k] - read) + rv - read_rate
         integral += ki * e * ts
         u = kv * e + integral
         torque[k] = u

@@ -17,6 +17,7 @@ from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
 from flex_ident.effects.motor_angle_curve import MOTOR_ANGLE_CURVE
+from flex_ident.effects.motor_encoder_error import MOTOR_ENCODER_ERROR
 from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
@@ -65,6 +66,7 @@ CATALOGUE: dict[str, Effect] = {
         MOUNT_MODE,
         EFFORT_LAG,
         SOFT_ZONE,
+        MOTOR_ENCODER_ERROR,
         MOTOR_FRICTION_CURVE,
         MOTOR_ANGLE_CURVE,
         SPRING_CURVE_EFFECT,

@@ -14,10 +14,15 @@ from flex_ident.likelihood.gauge import prior_root
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
-from flex_ident.screening.linear_probe import mount_change, second_mode_change, transmission_error_change
+from flex_ident.screening.linear_probe import (
+    encoder_error_change,
+    mount_change,
+    second_mode_change,
+    transmission_error_change,
+)
 from flex_ident.screening.thresholds import IMITATED
-from flex_ident.simulation.harmonics import transmission_error
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.harmonics import acting, transmission_error
+from flex_ident.simulation.terms import MOTOR_ENCODER_ERRORS, Term
 
 
 @dataclass(frozen=True)
@@ -91,6 +96,8 @@ def whitened_change(solver: SimulationFit, fit: Fit, values: Values) -> Floats:
         return solver.whitened(mount_change(solver.problem, fit.values, terms), fit.whitenings)
     if terms[Term.SECOND_INERTIA] != 0.0:
         return solver.whitened(second_mode_change(solver.problem, fit.values, terms), fit.whitenings)
+    if acting(terms, MOTOR_ENCODER_ERRORS):
+        return solver.whitened(encoder_error_change(solver.problem, fit.values, values), fit.whitenings)
     if transmission_error(terms):
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual(fit.values | values, fit.whitenings)

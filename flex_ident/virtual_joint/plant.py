@@ -35,6 +35,7 @@ CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
 CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
 WAVE = int(P.FRICTION_WAVE)
 ZONE, ZONE_D = int(P.SOFT_SHARE), int(P.SOFT_DEFLECTION)
+MOTOR_READ = int(P.MOTOR_ENCODER)
 IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 
 HARMONICS = 5
@@ -47,7 +48,7 @@ of the spring's part that relaxes."""
 INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
 BASE, BASE_RATE, BASE_ACCELERATION, SLOW, PART = 15, 16, 17, 18, 19
 ROW = 5
-"""What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
+"""What a cycle of the drive leaves: motor position and velocity as read, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
 """What is commanded."""
 
@@ -120,10 +121,10 @@ def friction_tables(p: Floats, forwards: bool) -> Floats:
 
 
 @compiled
-def gear_ratio(p: Floats, angle: float) -> float:
-    """Movement of the spring's motor end over the motor's, at the motor's `angle`, rad."""
+def ratio_of(p: Floats, first: int, angle: float) -> float:
+    """Movement of what has an error by the harmonics that begin at index `first` over that of `angle`, rad."""
     ratio = 1.0
-    for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
+    for i in range(first, first + 3 * HARMONICS, 3):
         if p[i] != 0.0:
             ratio += p[i] * p[i + 1] * math.cos(p[i + 1] * angle + p[i + 2])
     return ratio
@@ -215,7 +216,7 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
     push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
     push -= periodic(p, RIPPLE, a) + p[JM] * swing
     if flexible:
-        gear = gear_ratio(p, a)
+        gear = ratio_of(p, GEAR, a)
         d = deflection(p, a, b)
         state[6] = dahl_state(p, state[6], d - state[7])
         state[7] = d
@@ -268,9 +269,12 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
 
 
 @compiled
-def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: float) -> float:
+def drive_torque(
+    gains: Floats, kind: int, state: Floats, position: float, velocity: float, command: float, h: float
+) -> float:
     """Torque, N m, that the drive asks for over the next `h` s; moves its part of `state` on.
 
+    `position`, rad, and `velocity` of the motor are as its encoder reads them.
     `gains` (6,): position, velocity, integral gain, effort limit, inertia of the feedforward, rad/s of the smoothing.
     A position command goes through a critically damped filter, solved exactly, that gives its rate and acceleration.
     The integrator stops where the torque is limited.
@@ -286,9 +290,9 @@ def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: flo
         slope, fall = rate + omega * error, math.exp(-omega * h)
         state[SMOOTH] = command + (error + slope * h) * fall
         state[SMOOTH_RATE] = (rate - omega * slope * h) * fall
-        wanted = gains[0] * (state[SMOOTH] - state[0]) + state[SMOOTH_RATE]
+        wanted = gains[0] * (state[SMOOTH] - position) + state[SMOOTH_RATE]
         ahead = gains[4] * (state[SMOOTH_RATE] - rate) / h
-    error = wanted - state[1]
+    error = wanted - velocity
     grown = state[INTEGRAL] + gains[2] * error * h
     torque = ahead + gains[1] * error + grown
     if torque > limit:
@@ -327,8 +331,10 @@ def sampled(
         if kind == POSITION:
             s = (i + 1.0) / cycles
             asked = before + 0.5 * ((1.0 - s) ** 2 * (earlier - before) + s * s * (command - before))
-        torque = drive_torque(gains, kind, state, asked, cycle)
-        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3] = state[0], state[1], state[2], state[3]
+        rows[i, 0] = state[0] + periodic(p, MOTOR_READ, state[0])
+        rows[i, 1] = state[1] * ratio_of(p, MOTOR_READ, state[0])
+        rows[i, 2], rows[i, 3] = state[2], state[3]
+        torque = drive_torque(gains, kind, state, rows[i, 0], rows[i, 1], asked, cycle)
         rows[i, 4] = read_torque(p, state, torque, cycle)
         delivered = torque
         if p[LIMIT] > 0.0:

@@ -21,6 +21,10 @@ EFFECTS: dict[str, dict[str, float]] = {
     "friction_drift": {"rate": 0.02},
     "nonlinear_stiffness": {"cubic": 4e8},
     "backlash": {"gap": 5e-4},
+    "motor_encoder_error": {
+        "amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4,
+        "amplitude_2": 1e-4, "cycles_per_turn_2": 160.0, "phase_2": 1.0,
+    },
     "soft_zone": {"share": 0.4, "deflection": 8e-4},
     "hysteresis": {"torque": 2.0, "deflection": 1e-3},
     "joint_damping": {"damping": 4.0},

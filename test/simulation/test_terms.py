@@ -25,6 +25,7 @@ from flex_ident.simulation.terms import (
     HARMONICS,
     MEASUREMENT_TERMS,
     MOST_POINTS,
+    MOTOR_ENCODER_ERRORS,
     SPRING_CURVE,
     Term,
 )
@@ -56,6 +57,8 @@ for _n in HARMONICS[1:]:
                         ("KINEMATIC_CYCLES", 50.0), ("KINEMATIC_PHASE", 0.2), ("FRICTION_WAVE", 0.4),
                         ("FRICTION_WAVE_CYCLES", 30.0), ("FRICTION_WAVE_PHASE", 0.9)):  # fmt: skip
         SIZES[Term[f"{_one}{_n}"]] = _size
+for _size, _cycles, _phase in MOTOR_ENCODER_ERRORS:
+    SIZES[_size], SIZES[_cycles], SIZES[_phase] = 1e-4, 70.0, 0.6
 TABLES = {FRICTION_CURVE: 0.4, ANGLE_CURVE: 0.01, SPRING_CURVE: 1.5e-3}
 """Every law that is a table, and how far apart its points are."""
 for _table, _apart in TABLES.items():
