@@ -45,10 +45,8 @@ def transmission_error_change(problem: FitProblem, values: Values, probe: Values
     moved = problem.link_response_of(values)
     assert moved is not None
     borne = problem.reduced(moved.spring_torque * slope, delay=delay)
-    changes = [-problem.reduced_through(error, torque) - borne]
-    if problem.link is not None:
-        changes.append(-problem.reduced_through(error, position))
-    return tuple(changes)
+    moved_torque, *moved_link = problem.reduced_through_each(error, torque, position)
+    return (-moved_torque - borne, *(-link for link in moved_link))
 
 
 def encoder_error_change(problem: FitProblem, values: Values, probe: Values) -> tuple[Floats, ...]:
@@ -76,10 +74,7 @@ def encoder_error_change(problem: FitProblem, values: Values, probe: Values) -> 
         return np.asarray(link(omega) * np.exp(-1j * omega * skew))
 
     error = periodic(problem.terms(probe), MOTOR_ENCODER_ERRORS, problem.motion.position)
-    changes = [problem.reduced_through(error, torque)]
-    if problem.link is not None:
-        changes.append(problem.reduced_through(error, position))
-    return tuple(changes)
+    return tuple(problem.reduced_through_each(error, torque, position))
 
 
 def second_mode_change(problem: FitProblem, values: Values, second: Floats) -> tuple[Floats, ...]:
