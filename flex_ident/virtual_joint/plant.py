@@ -40,13 +40,12 @@ IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
-STATE = 20
+STATE = 19
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
 command and its rate; time; the command before and the one before that; torque of the motor's bristles; the base's
-angle, rate and acceleration; torque behind the driver's low-pass; deflection
-of the spring's part that relaxes."""
+angle, rate and acceleration; torque behind the driver's low-pass."""
 INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
-BASE, BASE_RATE, BASE_ACCELERATION, SLOW, PART = 15, 16, 17, 18, 19
+BASE, BASE_RATE, BASE_ACCELERATION, SLOW = 15, 16, 17, 18
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity as read, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
