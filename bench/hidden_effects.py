@@ -80,6 +80,12 @@ def hidden_effect(
             found = {"delay": sign * size(1.5, 6.0) * scales.sample_time}
         case "encoder_skew":
             found = {"skew": sign * size(1.5, 6.0) * scales.sample_time}
+        case "effort_lag":
+            found = {"time": size(1.5, 8.0) * scales.sample_time}
+        case "motor_encoder_error":
+            found = {"amplitude": size(0.01, 0.1) * scales.deflection, "cycles_per_turn": cycles, "phase": phase}
+        case "soft_zone":
+            found = {"share": size(0.1, 0.7), "deflection": size(0.1, 1.0) * scales.deflection}
         case "saturation":
             found = {"limit": (1.0 - size(0.05, 0.5)) * scales.largest_torque}
         case "second_mode":

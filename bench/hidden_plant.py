@@ -25,7 +25,8 @@ NAMES = (
     "quadratic", "load", "drift", "cubic", "gap", "slip_torque", "slip_deflection", "damping", "ripple",
     "ripple_cycles", "ripple_phase", "kinematic", "kinematic_cycles", "kinematic_phase", "limit", "second_inertia",
     "second_stiffness", "second_damping", "angle_jump", "angle_jump_at", "lugre", "lugre_bristle", "stribeck_link",
-    "load_link", "quadratic_link", "asymmetry_link",
+    "load_link", "quadratic_link", "asymmetry_link", "zone", "zone_deflection", "encoder",
+    "encoder_cycles", "encoder_phase",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(NAMES)}
 
@@ -41,8 +42,11 @@ KEYS = {
     "saturation.limit": "limit", "second_mode.inertia": "second_inertia", "second_mode.stiffness": "second_stiffness",
     "second_mode.damping": "second_damping", "friction_jump.torque": "angle_jump",
     "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
+    "motor_encoder_error.amplitude": "encoder", "motor_encoder_error.cycles_per_turn": "encoder_cycles",
+    "motor_encoder_error.phase": "encoder_phase", "soft_zone.share": "zone", "soft_zone.deflection": "zone_deflection",
 }  # fmt: skip
-"""The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew` and `load_dead_time` come after it."""
+"""The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew`, `effort_lag` and `load_dead_time`
+come after it."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +74,11 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
     c, vc = b, 0.0
     bristle = 0.0
     for k in range(n):
-        motor[k], link[k] = a, b
+        read = a + p[41] * math.sin(p[42] * a + p[43])
+        read_rate = va * (1.0 + p[41] * p[42] * math.cos(p[42] * a + p[43]))
+        motor[k], link[k] = read, b
         rv = (ref[min(k + 1, n - 1)] - ref[k]) / ts
-        e = kp * (ref[k] - a) + rv - va
+        e = kp * (ref[k] - read) + rv - read_rate
         integral += ki * e * ts
         u = kv * e + integral
         torque[k] = u
@@ -86,6 +92,8 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
             d = x - b
             half = 0.5 * p[17]
             de = d - half if d > half else (d + half if d < -half else 0.0)
+            if p[39] > 0.0:
+                de *= 1.0 - p[39] * p[40] / math.sqrt(p[40] ** 2 + de**2)
             s = p[1] * de + p[16] * d * d * d + p[20] * (xv - vb)
             if p[18] > 0.0:
                 for j in range(4):
@@ -142,6 +150,15 @@ def scales_of(joint: str, experiment: Experiment) -> Scales:
     )  # fmt: skip
 
 
+def low_passed(torque: np.ndarray, ts: float, time: float) -> np.ndarray:
+    """A torque (n,), held over each sample, as a first-order low-pass shows it at the start of each."""
+    slow = np.empty_like(torque)
+    slow[0] = torque[0]
+    for k in range(1, torque.size):
+        slow[k] = torque[k - 1] + (slow[k - 1] - torque[k - 1]) * math.exp(-ts / time)
+    return slow
+
+
 def hidden_recording(
     joint: str, hidden: dict[str, float], experiment: Experiment, *, changed: dict[str, float] | None = None,
     seed: int = 0, noise: Noise | None = None, link: bool = True,
@@ -161,6 +178,8 @@ def hidden_recording(
     late = hidden.get("time_delay.delay", 0.0) + hidden.get("load_dead_time.delay", 0.0) * load / max(load.mean(), 1e-9)
     if np.any(late):
         held = np.interp(time - late, time, held)
+    if "effort_lag.time" in hidden:
+        held = low_passed(torque, 1 / rate, hidden["effort_lag.time"])
     if "encoder_skew.skew" in hidden:
         link_position = np.interp(time - hidden["encoder_skew.skew"], time, link_position)
     held = held + rng.normal(0.0, noise.torque * size, ref.size)

@@ -60,6 +60,8 @@ def _further(effect: Effect) -> str:
         return f"further points have the suffixes _2 to _{MOST_POINTS}; in model.yaml all are two lists"
     if len(effect.again) == 1:
         return ""
+    if len(effect.again) == 2:
+        return f"a further harmonic has the suffix {effect.again[1]}"
     return f"further harmonics have the suffixes {effect.again[1]} to {effect.again[-1]}"
 
 

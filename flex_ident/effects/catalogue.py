@@ -7,6 +7,7 @@ import math
 from flex_ident.effects.backlash import BACKLASH
 from flex_ident.effects.cable_torque import CABLE_TORQUE
 from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effort_lag import EFFORT_LAG
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
@@ -16,6 +17,7 @@ from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
 from flex_ident.effects.motor_angle_curve import MOTOR_ANGLE_CURVE
+from flex_ident.effects.motor_encoder_error import MOTOR_ENCODER_ERROR
 from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
@@ -23,6 +25,7 @@ from flex_ident.effects.position_dependent_friction import POSITION_DEPENDENT_FR
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
+from flex_ident.effects.soft_zone import SOFT_ZONE
 from flex_ident.effects.spring_curve import SPRING_CURVE_EFFECT
 from flex_ident.effects.stribeck_friction import STRIBECK_FRICTION
 from flex_ident.effects.time_delay import TIME_DELAY
@@ -61,6 +64,9 @@ CATALOGUE: dict[str, Effect] = {
         SECOND_MODE,
         PRESLIDING_FRICTION,
         MOUNT_MODE,
+        EFFORT_LAG,
+        SOFT_ZONE,
+        MOTOR_ENCODER_ERROR,
         MOTOR_FRICTION_CURVE,
         MOTOR_ANGLE_CURVE,
         SPRING_CURVE_EFFECT,

@@ -9,9 +9,9 @@ from flex_ident.simulation.terms import HARMONICS, Term
 
 
 def harmonics(unit: str, meaning: str, terms: Sequence[tuple[Term, Term, Term]]) -> tuple[EffectParameter, ...]:
-    """Amplitude in `unit`, cycles a turn and phase for each of the `terms`, under the suffixes of `HARMONICS`."""
+    """Amplitude in `unit`, cycles a turn and phase for each of the `terms`, under the first suffixes of `HARMONICS`."""
     found = []
-    for suffix, (size, cycles, phase) in zip(HARMONICS, terms, strict=True):
+    for suffix, (size, cycles, phase) in zip(HARMONICS, terms, strict=False):
         which = f" of harmonic {suffix[1:]}" if suffix else ""
         found += [
             EffectParameter(f"amplitude{suffix}", unit, f"{meaning}{which}", size, lower=0.0),

@@ -26,7 +26,7 @@ KINEMATIC_ERROR = Effect(
     where="spring",
     signature="a line over motor angle that passes through the spring: it grows at resonance",
     bin_by="motor_position",
-    confused_with=("torque_ripple",),
+    confused_with=("torque_ripple", "motor_encoder_error"),
     separated_by="a link encoder, and crossing the resonance at several speeds",
     needs_spring=True,
 )

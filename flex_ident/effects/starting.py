@@ -55,8 +55,9 @@ class Scans(Protocol):
     def recorded_torque(self) -> Floats:
         """The torque as recorded (n,), N m."""
 
-    def reduced(self, signal: Floats, *, delay: float = 0.0) -> Floats:
-        """A signal (n,), `delay` s later, filtered and decimated, where it is compared (r,)."""
+    def reduced(self, signal: Floats, *, delay: float = 0.0, lag: float = 0.0) -> Floats:
+        """A signal (n,), filtered and decimated, where it is compared (r,): `delay` s later, and behind a first-order
+        low-pass of the time constant `lag`, s; before one where that is negative."""
 
     def scanned(self, torques: Floats) -> tuple[int, Values]:
         """Which of the torques (r, d) a joint with a linear spring explains best, and the model's keys with it.

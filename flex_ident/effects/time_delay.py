@@ -49,7 +49,7 @@ TIME_DELAY = Effect(
     of_recording=True,
     signature="a phase of the residual that grows with frequency",
     bin_by="frequency",
-    confused_with=("friction_drift", "joint_damping"),
+    confused_with=("friction_drift", "joint_damping", "effort_lag"),
     separated_by="a wide band",
     law_error=EXACT,
 )

@@ -26,6 +26,6 @@ TORQUE_RIPPLE = Effect(
     where="motor",
     signature="a line in the spectrum of the residual over motor angle",
     bin_by="motor_position",
-    confused_with=("kinematic_error",),
+    confused_with=("kinematic_error", "motor_encoder_error"),
     separated_by="several speeds",
 )

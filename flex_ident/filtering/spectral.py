@@ -58,21 +58,40 @@ class SpectralFilter:
         self._along: Floats = np.linspace(0.0, 1.0, n)
         self._shapes: dict[tuple[float, float, float], Floats | Complexes] = {(0.0, 0.0, 0.0): self._response}
 
-    def through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
-        """The filtered signal behind a linear system, whose `transfer` is asked at angular frequencies (k,), rad/s."""
-        return self(signal, transfer=transfer(2.0 * np.pi * self._frequency))[0]
+    def through(self, signal: Floats, *transfers: Callable[[Floats], Complexes]) -> tuple[Floats, ...]:
+        """The filtered signal behind each of several linear systems, whose `transfers` are asked at angular frequencies
+        (k,), rad/s."""
+        spectrum, slope, omega = self._spectrum(signal) * self._response, self._slope(signal), self._omega
+        found: list[Floats] = []
+        for transfer in (asked(omega) for asked in transfers):
+            still = float(transfer[0].real)
+            found += self._outputs(spectrum * transfer, (0,), float(signal[0]) * still, slope * still, 0.0)
+        return tuple(found)
 
     def __call__(
         self, signal: Floats, derivatives: tuple[int, ...] = (0,), *, delay: float = 0.0, curvature: float = 0.0,
-        lag: float = 0.0, transfer: Complexes | None = None,
+        lag: float = 0.0,
     ) -> tuple[Floats, ...]:  # fmt: skip
         """The filtered signal's `derivatives`, one array ((n - 1) * upsampling + 1,) each, in units per s^k.
 
         `delay`, s, shifts the output to later times; `curvature`, s^2, adds that much of the second derivative; `lag`,
         s, is the time constant of a first-order low-pass, negative to undo one.
         """
+        spectrum = self._spectrum(signal) * self._shape(delay, curvature, lag)
+        return self._outputs(spectrum, derivatives, float(signal[0]), self._slope(signal), delay + lag)
+
+    @property
+    def _omega(self) -> Floats:
+        """Angular frequencies (k,), rad/s."""
+        return 2.0 * np.pi * self._frequency
+
+    def _slope(self, signal: Floats) -> float:
+        """Of the straight line from the signal's first sample to its last, a sample."""
+        return float((signal[-1] - signal[0]) / max(self.n - 1, 1))
+
+    def _spectrum(self, signal: Floats) -> Complexes:
+        """The spectrum (k,) of the signal less that line, mirrored at both ends."""
         e, n, length = self._extension, self.n, self._length
-        slope = (signal[-1] - signal[0]) / max(n - 1, 1)
         extended = np.zeros(length)
         flat = extended[e : e + n]
         np.multiply(self._along, signal[-1] - signal[0], out=flat)
@@ -81,20 +100,23 @@ class SpectralFilter:
         # Both ends come down to zero, which is where the padding up to the FFT's length lies.
         np.multiply(flat[e:0:-1], -self._ramp, out=extended[:e])
         np.multiply(flat[-2 : -e - 2 : -1], -self._ramp[::-1], out=extended[e + n : 2 * e + n])
-        spectrum = fft.rfft(extended)[: self._response.size] * self._shape(delay, curvature, lag)
-        if transfer is not None:
-            spectrum *= transfer
-            slope, signal = slope * transfer[0].real, signal * transfer[0].real
-        u, d = self.upsampling, self.decimation
-        start = e * u // d
-        count = (n - 1) * u // d + 1
+        found: Complexes = fft.rfft(extended)[: self._response.size]
+        return found
+
+    def _outputs(
+        self, spectrum: Complexes, derivatives: tuple[int, ...], first: float, slope: float, late: float
+    ) -> tuple[Floats, ...]:
+        """The signals of a spectrum (k,), with the line put back that starts at `first` and comes `late` s."""
+        u, d, length = self.upsampling, self.decimation, self._length
+        start = self._extension * u // d
+        count = (self.n - 1) * u // d + 1
         outputs = []
         for order in derivatives:
             shaped = spectrum * (2j * np.pi * self._frequency) ** order if order else spectrum
             fine = fft.irfft(_folded(shaped), length // d) / d if d > 1 else fft.irfft(shaped, length * u) * u
             result: Floats = fine[start : start + count].copy()
             if order == 0:
-                result += signal[0] + slope * d / u * np.arange(count) - slope * (delay + lag) * self._rate
+                result += first + slope * d / u * np.arange(count) - slope * late * self._rate
             elif order == 1:
                 result += slope * self._rate
             outputs.append(result)

@@ -94,8 +94,8 @@ def _shows_offset(problem: FitProblem, fit: Fit) -> bool:
 
 
 def _late(problem: FitProblem, values: Values) -> bool:
-    late = max(abs(values.get("torque_delay", 0.0)), abs(values.get("link_skew", 0.0)))
-    return late > problem.recording.sample_time
+    late = (abs(values.get(e.replaces, 0.0)) for e in CATALOGUE.values() if e.replaces)
+    return max(late) > problem.recording.sample_time
 
 
 def search_start(problem: FitProblem, base: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:

@@ -112,6 +112,12 @@ def _late(evidence: Evidence) -> Iterator[Notice]:
             yield Notice(SIGNALS[p.key], p.key, sizes)
 
 
+def _lagging(evidence: FitEvidence) -> Iterator[Notice]:
+    for p in evidence.measurement:
+        if p.key == "effort_lag" and p.value > evidence.sample_time + LATE_STDS * p.std:
+            yield Notice(Code.EFFORT_LAG, "motor_torque", {"lag_ms": 1e3 * p.value, "std_ms": 1e3 * p.std})
+
+
 def _drifting(evidence: FitEvidence) -> Iterator[Notice]:
     for p in evidence.measurement:
         total = p.value * evidence.seconds
@@ -242,6 +248,7 @@ FIT_RULES: tuple[Rule[FitEvidence], ...] = (
     Rule(Code.CAUSE_SUSPECTED, "doubtful", _cause),
     Rule(Code.CHAIN_AT_ITS_END, "doubtful", _strained),
     Rule(Code.TORQUE_DELAY, "doubtful", _late),
+    Rule(Code.EFFORT_LAG, "trusted", _lagging),
     Rule(Code.CLOCK_DRIFT, "trusted", _drifting),
     Rule(Code.NOT_IDENTIFIABLE, "trusted", _others),
 )

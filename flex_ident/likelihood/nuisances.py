@@ -42,19 +42,21 @@ TURNOVER = 0.1
 def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLES) -> dict[str, Prior]:
     """Priors of the nuisances that matter for this problem.
 
-    Torque may be logged early or late by up to `late_samples` periods, behind a low-pass, as a mean over a period or as
-    a held command (kappa = ±1/24); the link encoder may be skewed likewise and has a zero and a scale of its own. The
-    motor's dry friction may turn over with speed, with the way moved, or early. A part of the link may swing above the
-    band, which a link encoder tells from a softer or a stiffer spring; for a motor alone see `estimation.far_mode`.
+    Torque may be logged early or late by up to `late_samples` periods, behind a low-pass (no longer than that either,
+    where they are fewer than usual), as a mean over a period or as a held command (kappa = ±1/24); the link encoder may
+    be skewed likewise and has a zero and a scale of its own. The motor's dry friction may turn over with speed, with
+    the way moved, or early. A part of the link may swing above the band, which a link encoder tells from a softer or a
+    stiffer spring; for a motor alone see `estimation.far_mode`.
     """
     ts = problem.recording.sample_time
     limit = late_samples * ts
+    slowest = LARGEST_LAG_S if late_samples >= LATE_SAMPLES else min(limit, LARGEST_LAG_S)
     speed = float(np.std(problem.motion.velocity)) + 1e-12
     reach = float(np.ptp(problem.motion.position))
     priors = {
         "torque_delay": Prior(0.0, ts, -limit, limit),
         "torque_averaging": Prior(0.0, 1.0 / 24.0, -0.125, 0.125),
-        "effort_lag": Prior(0.0, USUAL_LAG_S, 0.0, LARGEST_LAG_S),
+        "effort_lag": Prior(0.0, USUAL_LAG_S, 0.0, slowest),
         "reversal_speed": Prior(0.0, TURNOVER * speed, 0.0, 3.0 * speed, start=1e-3 * speed),
         "presliding": Prior(0.0, TURNOVER * reach, 0.0, reach, start=1e-4 * reach),
         "reversal_lead": Prior(0.0, USUAL_LEAD_S, -LARGEST_LEAD_S, LARGEST_LEAD_S),

@@ -195,7 +195,15 @@ class FitProblem:
 
     def reduced_through(self, signal: Floats, transfer: Callable[[Floats], Complexes]) -> Floats:
         """The same of a signal behind a linear system, whose `transfer` is asked at angular frequencies, rad/s."""
-        return self._filter.through(signal, transfer)
+        return self._filter.through(signal, transfer)[0]
+
+    def reduced_through_each(
+        self, signal: Floats, torque: Callable[[Floats], Complexes], position: Callable[[Floats], Complexes]
+    ) -> list[Floats]:
+        """The same behind the system that leads to the torque, and behind that to the link's position where there is
+        one."""
+        transfers = (torque, position) if self.link is not None else (torque,)
+        return list(self._filter.through(signal, *transfers))
 
     def _usable(self, recording: Recording, trim_s: float) -> Bools:
         n, rate = recording.motor_position.size, recording.sample_rate_hz

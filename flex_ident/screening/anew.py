@@ -45,9 +45,10 @@ class FitScans:
         """The torque as recorded (n,), N m."""
         return self.problem.recording.motor_torque
 
-    def reduced(self, signal: Floats, *, delay: float = 0.0) -> Floats:
-        """A signal (n,), `delay` s later, filtered and decimated, at the usable samples."""
-        return self.problem.reduced(signal, delay=delay)[self.problem.usable]
+    def reduced(self, signal: Floats, *, delay: float = 0.0, lag: float = 0.0) -> Floats:
+        """A signal (n,), `delay` s later and behind a low-pass of `lag` s, filtered and decimated, at the usable
+        samples."""
+        return self.problem.reduced(signal, delay=delay, lag=lag)[self.problem.usable]
 
     def scanned(self, torques: Floats) -> tuple[int, Values]:
         """Which of the torques (r, d) fits best, and the base keys. Raises ExcitationError."""

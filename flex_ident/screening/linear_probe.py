@@ -14,7 +14,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.harmonics import periodic, periodic_slope
-from flex_ident.simulation.terms import KINEMATIC_ERRORS, Term
+from flex_ident.simulation.terms import KINEMATIC_ERRORS, MOTOR_ENCODER_ERRORS, Term
 
 
 def transmission_error_change(problem: FitProblem, values: Values, probe: Values) -> tuple[Floats, ...]:
@@ -45,10 +45,36 @@ def transmission_error_change(problem: FitProblem, values: Values, probe: Values
     moved = problem.link_response_of(values)
     assert moved is not None
     borne = problem.reduced(moved.spring_torque * slope, delay=delay)
-    changes = [-problem.reduced_through(error, torque) - borne]
-    if problem.link is not None:
-        changes.append(-problem.reduced_through(error, position))
-    return tuple(changes)
+    moved_torque, *moved_link = problem.reduced_through_each(error, torque, position)
+    return (-moved_torque - borne, *(-link for link in moved_link))
+
+
+def encoder_error_change(problem: FitProblem, values: Values, probe: Values) -> tuple[Floats, ...]:
+    """Change (m,) of each residual when the small error of the motor's encoder in `probe` joins the model.
+
+    Motor and link move by less than was recorded: their inertia, viscous friction and spring as `values` have them.
+    """
+    terms = problem.terms(values)
+    delay, skew, lag = (float(terms[t]) for t in (Term.TORQUE_DELAY, Term.LINK_SKEW, Term.EFFORT_LAG))
+    motor, friction = float(terms[Term.MOTOR_INERTIA]), float(terms[Term.MOTOR_VISCOUS])
+    stiffness, damping = float(terms[Term.STIFFNESS]), float(terms[Term.SPRING_DAMPING])
+    inertia, viscous = float(terms[Term.LINK_INERTIA]), float(terms[Term.LINK_VISCOUS])
+
+    def link(omega: Floats) -> Complexes:
+        spring = stiffness + 1j * omega * damping
+        return np.asarray(spring / (spring - inertia * omega**2 + 1j * omega * viscous))
+
+    def torque(omega: Floats) -> Complexes:
+        felt = 1j * omega * friction - motor * omega**2
+        if not problem.rigid:
+            felt = felt + (stiffness + 1j * omega * damping) * (1.0 - link(omega))
+        return np.asarray(felt * np.exp(-1j * omega * delay) / (1.0 + 1j * omega * lag))
+
+    def position(omega: Floats) -> Complexes:
+        return np.asarray(link(omega) * np.exp(-1j * omega * skew))
+
+    error = periodic(problem.terms(probe), MOTOR_ENCODER_ERRORS, problem.motion.position)
+    return tuple(problem.reduced_through_each(error, torque, position))
 
 
 def second_mode_change(problem: FitProblem, values: Values, second: Floats) -> tuple[Floats, ...]:

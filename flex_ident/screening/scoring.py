@@ -14,10 +14,15 @@ from flex_ident.likelihood.gauge import prior_root
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, refined_candidates
-from flex_ident.screening.linear_probe import mount_change, second_mode_change, transmission_error_change
+from flex_ident.screening.linear_probe import (
+    encoder_error_change,
+    mount_change,
+    second_mode_change,
+    transmission_error_change,
+)
 from flex_ident.screening.thresholds import IMITATED
-from flex_ident.simulation.harmonics import transmission_error
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.harmonics import acting, transmission_error
+from flex_ident.simulation.terms import MOTOR_ENCODER_ERRORS, Term
 
 
 @dataclass(frozen=True)
@@ -69,8 +74,13 @@ def _best(found: Iterable[Score | None]) -> dict[tuple[str, str], Score]:
 
 
 def orthonormal(fit: Fit, drop: str) -> Floats:
-    """Orthonormal columns (r, k) of what the model's own free parameters can do."""
-    kept = [i for i, key in enumerate(fit.free) if key != drop]
+    """Orthonormal columns (r, k) of what the model's own free parameters can do without the nuisance `drop`.
+
+    An effect that takes a nuisance over need not compete with another such one that is at its end: a delay confined to
+    a sample and a low-pass, or the other way round, are alike in small changes.
+    """
+    out = {drop} | ({e.replaces for e in CATALOGUE.values()} & set(fit.at_bound) if drop else set())
+    kept = [i for i, key in enumerate(fit.free) if key not in out]
     jacobian = fit.jacobian[:, kept]
     scale = np.linalg.norm(jacobian, axis=0)
     jacobian = jacobian[:, scale > 0.0] / scale[scale > 0.0]
@@ -86,6 +96,8 @@ def whitened_change(solver: SimulationFit, fit: Fit, values: Values) -> Floats:
         return solver.whitened(mount_change(solver.problem, fit.values, terms), fit.whitenings)
     if terms[Term.SECOND_INERTIA] != 0.0:
         return solver.whitened(second_mode_change(solver.problem, fit.values, terms), fit.whitenings)
+    if acting(terms, MOTOR_ENCODER_ERRORS):
+        return solver.whitened(encoder_error_change(solver.problem, fit.values, values), fit.whitenings)
     if transmission_error(terms):
         return solver.whitened(transmission_error_change(solver.problem, fit.values, values), fit.whitenings)
     moved = solver.whitened_residual(fit.values | values, fit.whitenings)

@@ -17,6 +17,7 @@ from flex_ident.simulation.kernel import (
     HYS,
     RUNAWAY,
     STRIBECK,
+    ZONE,
     first_state,
     link_step,
     spring_torque,
@@ -37,6 +38,7 @@ LANE_ROWS: dict[Term, int] = {
 """Terms that steps side by side know, and the row of a lane that holds each."""
 STEPWISE = (
     Term.HYSTERESIS_TORQUE, Term.HYSTERESIS_DEFLECTION, Term.LINK_STRIBECK, Term.LINK_STRIBECK_VELOCITY,
+    Term.SOFT_ZONE_SHARE, Term.SOFT_ZONE_DEFLECTION,
 )  # fmt: skip
 """Terms with which every step is taken by `link_step`."""
 FIRST = (Term.INITIAL_DEFLECTION, Term.INITIAL_VELOCITY)
@@ -87,7 +89,7 @@ def _simulation(lanes: int) -> Simulation:
             w[_SECOND * lanes + j] = 1.0 / second if second != 0.0 else 0.0
             if second == 0.0:
                 w[3 * lanes + j], w[15 * lanes + j], w[16 * lanes + j] = 0.0, 0.0, 0.0
-            if p[HYS] != 0.0 or p[STRIBECK] != 0.0:
+            if p[HYS] != 0.0 or p[STRIBECK] != 0.0 or p[ZONE] != 0.0:
                 plain = False
         last = 2 * (n - 1)
         for k in range(n):

@@ -12,7 +12,12 @@ from flex_ident.simulation.terms import KINEMATIC_ERRORS, Term
 Harmonics = Sequence[tuple[Term, Term, Term]]
 
 
-def _acting(terms: Floats, harmonics: Harmonics) -> Iterator[tuple[float, float, float]]:
+def acting(terms: Floats, harmonics: Harmonics) -> bool:
+    """Whether any of the harmonics is not zero."""
+    return any(terms[size] != 0.0 for size, *_ in harmonics)
+
+
+def _those_acting(terms: Floats, harmonics: Harmonics) -> Iterator[tuple[float, float, float]]:
     """Amplitude, cycles a turn and phase of each harmonic that is not zero."""
     for size, cycles, phase in harmonics:
         if terms[size] != 0.0:
@@ -22,7 +27,7 @@ def _acting(terms: Floats, harmonics: Harmonics) -> Iterator[tuple[float, float,
 def periodic(terms: Floats, harmonics: Harmonics, position: Floats) -> Floats:
     """The sum of the harmonics at `position` (n,), rad."""
     total: Floats = np.zeros_like(position)
-    for size, cycles, phase in _acting(terms, harmonics):
+    for size, cycles, phase in _those_acting(terms, harmonics):
         total += size * np.sin(cycles * position + phase)
     return total
 
@@ -30,11 +35,19 @@ def periodic(terms: Floats, harmonics: Harmonics, position: Floats) -> Floats:
 def periodic_slope(terms: Floats, harmonics: Harmonics, position: Floats) -> Floats:
     """Its derivative by the position (n,)."""
     total: Floats = np.zeros_like(position)
-    for size, cycles, phase in _acting(terms, harmonics):
+    for size, cycles, phase in _those_acting(terms, harmonics):
         total += size * cycles * np.cos(cycles * position + phase)
+    return total
+
+
+def periodic_bend(terms: Floats, harmonics: Harmonics, position: Floats) -> Floats:
+    """Its second derivative by the position (n,)."""
+    total: Floats = np.zeros_like(position)
+    for size, cycles, phase in _those_acting(terms, harmonics):
+        total -= size * cycles**2 * np.sin(cycles * position + phase)
     return total
 
 
 def transmission_error(terms: Floats) -> bool:
     """Whether the transmission has any periodic error."""
-    return any(terms[size] != 0.0 for size, *_ in KINEMATIC_ERRORS)
+    return acting(terms, KINEMATIC_ERRORS)

@@ -18,6 +18,7 @@ from flex_ident.simulation.curves import tabulated
 from flex_ident.simulation.terms import SPRING_CURVE, Term
 
 K, K3, HALF_GAP = int(Term.STIFFNESS), int(Term.CUBIC_STIFFNESS), int(Term.HALF_GAP)
+ZONE, ZONE_D = int(Term.SOFT_ZONE_SHARE), int(Term.SOFT_ZONE_DEFLECTION)
 HYS, HYS_D, DAMP = int(Term.HYSTERESIS_TORQUE), int(Term.HYSTERESIS_DEFLECTION), int(Term.SPRING_DAMPING)
 JL, FV, FS = int(Term.LINK_INERTIA), int(Term.LINK_VISCOUS), int(Term.LINK_COULOMB)
 GX, GY = int(Term.GRAVITY_COS), int(Term.GRAVITY_SIN)
@@ -55,6 +56,8 @@ def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
             e = d + gap
         else:
             e = 0.0
+    if p[ZONE] != 0.0 and p[ZONE_D] > 0.0:
+        e -= p[ZONE] * e / math.sqrt(1.0 + (e / p[ZONE_D]) ** 2)
     torque = p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z
     if p[CURVE] > 0.0:
         torque += tabulated(p, CURVE, d)

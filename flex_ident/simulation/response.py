@@ -12,6 +12,7 @@ from flex_ident.simulation.batch import LANES, side_by_side, simulated_alone, si
 from flex_ident.simulation.bristles import bristle_torque
 from flex_ident.simulation.compiled import COMPILED
 from flex_ident.simulation.curves import curve, one_for_each_direction
+from flex_ident.simulation.encoder_error import behind_encoder
 from flex_ident.simulation.harmonics import periodic, periodic_slope, transmission_error
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import MotorMotion
@@ -69,6 +70,7 @@ def link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
 
 def stepped_link_motion(terms: Floats, motion: MotorMotion) -> LinkMotion:
     """The same by steps that know every term; what the quicker ways are compared with."""
+    motion = behind_encoder(terms, motion)
     base, rate = motion.fine_position, motion.fine_velocity
     if transmission_error(terms):
         rate = rate * (1.0 + periodic_slope(terms, KINEMATIC_ERRORS, base))
@@ -138,6 +140,7 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
 
 def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, sign: Floats) -> Floats:
     """Torque the motor must deliver for its recorded motion (n,), N m: eq. 6. Without `link`, of a rigid joint."""
+    motion = behind_encoder(terms, motion)
     if link is not None:
         load = link.spring_torque
     else:

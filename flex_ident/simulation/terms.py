@@ -167,6 +167,19 @@ class Term(IntEnum):
     FRICTION_WAVE_5 = "motor", True
     FRICTION_WAVE_CYCLES_5 = "motor", False, "FRICTION_WAVE_5"
     FRICTION_WAVE_PHASE_5 = "motor", False, "FRICTION_WAVE_5"
+    # a spring that is softer at small torque
+    SOFT_ZONE_SHARE = "spring", False
+    """Share of the stiffness that is missing at no torque."""
+    SOFT_ZONE_DEFLECTION = "spring", False, "SOFT_ZONE_SHARE"
+    """Deflection, rad, up to which it is."""
+    # the motor's encoder errs with its own angle: harmonics
+    MOTOR_ENCODER_ERROR = "both", False
+    """What the motor's encoder reads too far, rad: motor and link move otherwise than it says."""
+    MOTOR_ENCODER_CYCLES = "both", False, "MOTOR_ENCODER_ERROR"
+    MOTOR_ENCODER_PHASE = "both", False, "MOTOR_ENCODER_ERROR"
+    MOTOR_ENCODER_ERROR_2 = "both", False
+    MOTOR_ENCODER_CYCLES_2 = "both", False, "MOTOR_ENCODER_ERROR_2"
+    MOTOR_ENCODER_PHASE_2 = "both", False, "MOTOR_ENCODER_ERROR_2"
     # laws as tables: how many points there are, where they lie, and the torque at each
     _ignore_ = "_law _side _n"
     for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):
@@ -196,6 +209,11 @@ RIPPLES, KINEMATIC_ERRORS, FRICTION_WAVES = (
     )
 )  # fmt: skip
 """Amplitude, cycles a turn and phase of each harmonic of the ripple, the transmission error and the dry friction."""
+MOTOR_ENCODER_ERRORS = tuple(
+    (Term[f"MOTOR_ENCODER_ERROR{n}"], Term[f"MOTOR_ENCODER_CYCLES{n}"], Term[f"MOTOR_ENCODER_PHASE{n}"])
+    for n in HARMONICS[:2]
+)
+"""The same of what the motor's encoder reads too far."""
 
 MOST_POINTS = 24
 """Of a law that is a table."""

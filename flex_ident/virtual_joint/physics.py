@@ -112,6 +112,11 @@ class P(IntEnum):
     """Number of points; the place and the torque of each follow."""
     ANGLE_TABLE = 140
     SPRING_TABLE = 189
+    EFFORT_LAG = 238
+    SOFT_SHARE = 239
+    SOFT_DEFLECTION = 240
+    MOTOR_ENCODER = 241
+    """Amplitude, cycles a turn and phase of the first harmonic of what the encoder reads too far; the others follow."""
 
 
 BASE = {
@@ -143,11 +148,14 @@ EFFECTS: dict[str, int] = {
     "cable_torque.sine": P.CABLE_SINE,
     "nonlinear_stiffness.cubic": P.CUBIC,
     "backlash.gap": P.PLAY,
+    "soft_zone.share": P.SOFT_SHARE,
+    "soft_zone.deflection": P.SOFT_DEFLECTION,
     "hysteresis.torque": P.DAHL_TORQUE,
     "hysteresis.deflection": P.DAHL_DEFLECTION,
     "joint_damping.damping": P.SPRING_DAMPING,
     "time_delay.delay": P.TORQUE_DELAY,
     "encoder_skew.skew": P.LINK_SKEW,
+    "effort_lag.time": P.EFFORT_LAG,
     "saturation.limit": P.DRIVE_LIMIT,
     "iron_saturation.loss": P.IRON_LOSS,
     "torque_droop.loss": P.TORQUE_DROOP,
@@ -173,6 +181,9 @@ for _effect, _names in PERIODIC.items():
     for _n in HARMONIC_SUFFIXES:
         for _key, _name in zip(("amplitude", "cycles_per_turn", "phase"), _names, strict=True):
             EFFECTS[key_text(_effect, _key + _n)] = P[f"{_name}{_n}"]
+for _harmonic, _n in enumerate(("", "_2")):
+    for _place, _key in enumerate(("amplitude", "cycles_per_turn", "phase")):
+        EFFECTS[key_text("motor_encoder_error", _key + _n)] = int(P.MOTOR_ENCODER) + 3 * _harmonic + _place
 TABLES = {
     "motor_friction_curve": ("speed", int(P.FRICTION_TABLE)),
     "motor_angle_curve": ("angle", int(P.ANGLE_TABLE)),
@@ -180,7 +191,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.SPRING_TABLE) + 1 + 2 * POINTS
+SIZE = int(P.MOTOR_ENCODER) + 3 * len(HARMONIC_SUFFIXES)
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

@@ -34,18 +34,20 @@ FRICTION_TABLE, ANGLE_TABLE, SPRING_TABLE = int(P.FRICTION_TABLE), int(P.ANGLE_T
 CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
 CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
 WAVE = int(P.FRICTION_WAVE)
-IRON, DROOP = int(P.IRON_LOSS), int(P.TORQUE_DROOP)
+ZONE, ZONE_D = int(P.SOFT_SHARE), int(P.SOFT_DEFLECTION)
+MOTOR_READ = int(P.MOTOR_ENCODER)
+IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
-STATE = 18
+STATE = 19
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
 command and its rate; time; the command before and the one before that; torque of the motor's bristles; the base's
-angle, rate and acceleration."""
+angle, rate and acceleration; torque behind the driver's low-pass."""
 INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
-BASE, BASE_RATE, BASE_ACCELERATION = 15, 16, 17
+BASE, BASE_RATE, BASE_ACCELERATION, SLOW = 15, 16, 17, 18
 ROW = 5
-"""What a cycle of the drive leaves: motor position and velocity, link position and velocity, torque."""
+"""What a cycle of the drive leaves: motor position and velocity as read, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
 """What is commanded."""
 
@@ -118,10 +120,10 @@ def friction_tables(p: Floats, forwards: bool) -> Floats:
 
 
 @compiled
-def gear_ratio(p: Floats, angle: float) -> float:
-    """Movement of the spring's motor end over the motor's, at the motor's `angle`, rad."""
+def ratio_of(p: Floats, first: int, angle: float) -> float:
+    """Movement of what has an error by the harmonics that begin at index `first` over that of `angle`, rad."""
     ratio = 1.0
-    for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
+    for i in range(first, first + 3 * HARMONICS, 3):
         if p[i] != 0.0:
             ratio += p[i] * p[i + 1] * math.cos(p[i + 1] * angle + p[i + 2])
     return ratio
@@ -135,9 +137,11 @@ def deflection(p: Floats, motor: float, link: float) -> float:
 
 @compiled
 def elastic_torque(p: Floats, d: float, bristle: float) -> float:
-    """Torque of the spring at deflection `d` with its play, hardening and Dahl part, N m."""
+    """Torque of the spring at deflection `d` with its play, soft zone, hardening and Dahl part, N m."""
     half = 0.5 * p[PLAY]
     engaged = d - half if d > half else (d + half if d < -half else 0.0)
+    if p[ZONE] > 0.0:
+        engaged *= 1.0 - p[ZONE] / math.hypot(1.0, engaged / p[ZONE_D])
     torque = p[STIFFNESS] * engaged + p[CUBIC] * d * d * d + p[DAHL] * bristle
     if p[SPRING_TABLE] > 0.0:
         law = table(p, SPRING_TABLE)
@@ -211,7 +215,7 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
     push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
     push -= periodic(p, RIPPLE, a) + p[JM] * swing
     if flexible:
-        gear = gear_ratio(p, a)
+        gear = ratio_of(p, GEAR, a)
         d = deflection(p, a, b)
         state[6] = dahl_state(p, state[6], d - state[7])
         state[7] = d
@@ -264,9 +268,12 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
 
 
 @compiled
-def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: float) -> float:
+def drive_torque(
+    gains: Floats, kind: int, state: Floats, position: float, velocity: float, command: float, h: float
+) -> float:
     """Torque, N m, that the drive asks for over the next `h` s; moves its part of `state` on.
 
+    `position`, rad, and `velocity` of the motor are as its encoder reads them.
     `gains` (6,): position, velocity, integral gain, effort limit, inertia of the feedforward, rad/s of the smoothing.
     A position command goes through a critically damped filter, solved exactly, that gives its rate and acceleration.
     The integrator stops where the torque is limited.
@@ -282,9 +289,9 @@ def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: flo
         slope, fall = rate + omega * error, math.exp(-omega * h)
         state[SMOOTH] = command + (error + slope * h) * fall
         state[SMOOTH_RATE] = (rate - omega * slope * h) * fall
-        wanted = gains[0] * (state[SMOOTH] - state[0]) + state[SMOOTH_RATE]
+        wanted = gains[0] * (state[SMOOTH] - position) + state[SMOOTH_RATE]
         ahead = gains[4] * (state[SMOOTH_RATE] - rate) / h
-    error = wanted - state[1]
+    error = wanted - velocity
     grown = state[INTEGRAL] + gains[2] * error * h
     torque = ahead + gains[1] * error + grown
     if torque > limit:
@@ -295,6 +302,16 @@ def drive_torque(gains: Floats, kind: int, state: Floats, command: float, h: flo
         return -limit
     state[INTEGRAL] = grown
     return float(torque)
+
+
+@compiled
+def read_torque(p: Floats, state: Floats, torque: float, h: float) -> float:
+    """What the driver says of a `torque`, N m, that holds for `h` s: its mean behind a low-pass, which moves on."""
+    if p[LAG] <= 0.0:
+        return torque
+    off = state[SLOW] - torque
+    state[SLOW] = torque + off * math.exp(-h / p[LAG])
+    return float(torque + (off + torque - state[SLOW]) * p[LAG] / h)
 
 
 @compiled
@@ -313,8 +330,11 @@ def sampled(
         if kind == POSITION:
             s = (i + 1.0) / cycles
             asked = before + 0.5 * ((1.0 - s) ** 2 * (earlier - before) + s * s * (command - before))
-        torque = drive_torque(gains, kind, state, asked, cycle)
-        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4] = state[0], state[1], state[2], state[3], torque
+        rows[i, 0] = state[0] + periodic(p, MOTOR_READ, state[0])
+        rows[i, 1] = state[1] * ratio_of(p, MOTOR_READ, state[0])
+        rows[i, 2], rows[i, 3] = state[2], state[3]
+        torque = drive_torque(gains, kind, state, rows[i, 0], rows[i, 1], asked, cycle)
+        rows[i, 4] = read_torque(p, state, torque, cycle)
         delivered = torque
         if p[LIMIT] > 0.0:
             delivered = min(max(torque, -p[LIMIT]), p[LIMIT])
@@ -349,7 +369,7 @@ def _rest_link(p: Floats, motor: float) -> float:
     errors = 0.0
     for i in range(GEAR, GEAR + 3 * HARMONICS, 3):
         errors += abs(p[i])
-    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * errors + 1e-9
+    span = 2.0 * heaviest / p[STIFFNESS] + p[PLAY] + 2.0 * (p[ZONE] * p[ZONE_D] + errors) + 1e-9
     low, high = motor - span, motor + span
     for _ in range(60):
         link = 0.5 * (low + high)
@@ -367,6 +387,7 @@ def state_at_rest(p: Floats, motor: float, command: float) -> Floats:
     state[0], state[2], state[4] = motor, link, link
     state[7] = float(deflection(p, motor, link))
     state[INTEGRAL] = float(weight(p, link)) + p[CONSTANT] + float(periodic(p, RIPPLE, motor))
+    state[SLOW] = state[INTEGRAL]
     state[SMOOTH], state[BEFORE], state[EARLIER] = motor, command, command
     if p[KB] > 0.0:
         state[BASE] = -float(weight(p, link)) / p[KB]

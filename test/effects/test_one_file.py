@@ -19,7 +19,7 @@ from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import candidates
-from flex_ident.simulation.terms import Term
+from flex_ident.simulation.terms import MEASUREMENT_KEYS, Term
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 ROOT = Path(flex_ident.__file__).parent
@@ -40,11 +40,12 @@ def texts(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def names_in(path: Path) -> list[str]:
-    """Places in a file where a string is an effect's name, or a key of it."""
+    """Places in a file where a string is an effect's name, or a key of it; not where a nuisance is called the same."""
+    own = set(CATALOGUE) - MEASUREMENT_KEYS
     return [
         f"{path.relative_to(ROOT)}:{line}: {text!r}"
         for line, text in texts(path)
-        if any(text == name or text.startswith(f"{name}.") for name in CATALOGUE)
+        if text in own or any(text.startswith(f"{name}.") for name in CATALOGUE)
     ]
 
 

@@ -63,6 +63,8 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
     ("just fast enough", {"sample_time": 0.98 / (SAMPLES_A_PERIOD * 11.0)}, "trusted", set()),
     ("late", {"measurement": (Parameter("torque_delay", 2e-3, 1e-5),)}, "doubtful", {"torque_delay"}),
     ("late, perhaps", {"measurement": (Parameter("torque_delay", 2e-3, 6e-4),)}, "trusted", set()),
+    ("low-passed", {"measurement": (Parameter("effort_lag", 5e-3, 1e-5),)}, "trusted", {"effort_lag"}),
+    ("low-passed, perhaps", {"measurement": (Parameter("effort_lag", 5e-3, 2e-3),)}, "trusted", set()),
     ("structure", STRUCTURED, "doubtful", {"structured_residual"}),
     ("noise unknown", {"noise_known": False}, "doubtful", {"noise_unknown"}),
     ("an effect that moves", HIDDEN, "doubtful", {"cause_suspected"}),

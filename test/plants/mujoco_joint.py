@@ -97,7 +97,7 @@ def mujoco_motion(model: JointModel, experiment: Experiment, *, disturbance: flo
             memory[0], memory[1] = data.qpos[0], data.qvel[0]
             s = (i + 1.0) / cycles
             asked = before + 0.5 * ((1.0 - s) ** 2 * (earlier - before) + s * s * (command - before))
-            torque = drive_torque(gains, kind, memory, asked, cycle)
+            torque = drive_torque(gains, kind, memory, memory[0], memory[1], asked, cycle)
             rows[k * cycles + i] = (data.qpos[0], data.qvel[0], data.qpos[1], data.qvel[1], torque)
             data.qfrc_applied[0] = min(max(torque, -limit), limit) + pushes[k] - offset
             mujoco.mj_step(physics, data, SUBSTEPS)

@@ -21,6 +21,11 @@ EFFECTS: dict[str, dict[str, float]] = {
     "friction_drift": {"rate": 0.02},
     "nonlinear_stiffness": {"cubic": 4e8},
     "backlash": {"gap": 5e-4},
+    "motor_encoder_error": {
+        "amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4,
+        "amplitude_2": 1e-4, "cycles_per_turn_2": 160.0, "phase_2": 1.0,
+    },
+    "soft_zone": {"share": 0.4, "deflection": 8e-4},
     "hysteresis": {"torque": 2.0, "deflection": 1e-3},
     "joint_damping": {"damping": 4.0},
     "torque_ripple": {
@@ -43,6 +48,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "torque_droop": {"loss": 0.05},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
+    "effort_lag": {"time": 8e-3},
     "second_mode": {"inertia": 0.15, "stiffness": 3000.0, "damping": 0.5},
     "motor_friction_curve": {
         "speed_1": -1.5, "torque_1": -5.0, "speed_2": -0.6, "torque_2": 3.0, "speed_3": -0.1, "torque_3": 1.0,

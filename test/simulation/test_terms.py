@@ -25,6 +25,7 @@ from flex_ident.simulation.terms import (
     HARMONICS,
     MEASUREMENT_TERMS,
     MOST_POINTS,
+    MOTOR_ENCODER_ERRORS,
     SPRING_CURVE,
     Term,
 )
@@ -48,6 +49,7 @@ SIZES: dict[Term, float] = {
     Term.BRISTLE_DEFLECTION: 5e-4, Term.BRISTLE_STRIBECK: 1.0, Term.BRISTLE_STRIBECK_VELOCITY: 0.05,
     Term.SOFT_FRICTION: 0.1, Term.SOFT_FRICTION_TIME: 0.01,
     Term.MOUNT_INERTIA: 30.0, Term.MOUNT_STIFFNESS: 4e5, Term.MOUNT_DAMPING: 100.0,
+    Term.SOFT_ZONE_SHARE: 0.4, Term.SOFT_ZONE_DEFLECTION: 1e-3,
     Term.REVERSAL_LEAD: 2e-3, Term.EFFORT_LAG: 1e-3, Term.GRAVITY_REMOVED: 1.0,
 }  # fmt: skip
 for _n in HARMONICS[1:]:
@@ -55,6 +57,8 @@ for _n in HARMONICS[1:]:
                         ("KINEMATIC_CYCLES", 50.0), ("KINEMATIC_PHASE", 0.2), ("FRICTION_WAVE", 0.4),
                         ("FRICTION_WAVE_CYCLES", 30.0), ("FRICTION_WAVE_PHASE", 0.9)):  # fmt: skip
         SIZES[Term[f"{_one}{_n}"]] = _size
+for _size, _cycles, _phase in MOTOR_ENCODER_ERRORS:
+    SIZES[_size], SIZES[_cycles], SIZES[_phase] = 1e-4, 70.0, 0.6
 TABLES = {FRICTION_CURVE: 0.4, ANGLE_CURVE: 0.01, SPRING_CURVE: 1.5e-3}
 """Every law that is a table, and how far apart its points are."""
 for _table, _apart in TABLES.items():

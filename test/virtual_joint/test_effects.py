@@ -134,6 +134,11 @@ def test_backlash_is_a_dead_band() -> None:
     assert np.max(np.abs(torque - 1e4 * engaged)) < 0.02 * np.max(torque)
 
 
+def test_a_soft_zone_leaves_less_of_the_stiffness_at_small_torque() -> None:
+    d, torque = slowly(CLAMPED.with_effect("soft_zone", {"share": 0.5, "deflection": 0.002}), 0.01)
+    assert np.max(np.abs(torque - 1e4 * (d - 0.5 * d / np.sqrt(1.0 + (d / 0.002) ** 2)))) < 0.02 * np.max(torque)
+
+
 def test_hysteresis_opens_a_loop_that_is_the_same_at_any_speed() -> None:
     model = CLAMPED.with_effect("hysteresis", {"torque": 8.0, "deflection": 5e-4})
     d, torque = slowly(model, 0.01)

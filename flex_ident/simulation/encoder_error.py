@@ -1,0 +1,38 @@
+"""A motor's encoder that errs by harmonics of its own angle: what moves behind what it reads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from flex_ident.recording import Floats
+from flex_ident.simulation.harmonics import acting, periodic, periodic_bend, periodic_slope
+from flex_ident.simulation.motion import MotorMotion
+from flex_ident.simulation.terms import MOTOR_ENCODER_ERRORS
+
+PASSES = 3
+"""Times that the error is taken at where the motor was found to be: errors are small against their own period."""
+
+
+def behind_encoder(terms: Floats, motion: MotorMotion) -> MotorMotion:
+    """The motor's motion behind an encoder that read `motion`; the same where its encoder does not err."""
+    if not acting(terms, MOTOR_ENCODER_ERRORS):
+        return motion
+    position, fine = (_position_behind(terms, read) for read in (motion.position, motion.fine_position))
+    ratio = 1.0 + periodic_slope(terms, MOTOR_ENCODER_ERRORS, position)
+    velocity = motion.velocity / ratio
+    bend = periodic_bend(terms, MOTOR_ENCODER_ERRORS, position)
+    return replace(
+        motion,
+        position=position,
+        velocity=velocity,
+        acceleration=(motion.acceleration - bend * velocity**2) / ratio,
+        fine_position=fine,
+        fine_velocity=motion.fine_velocity / (1.0 + periodic_slope(terms, MOTOR_ENCODER_ERRORS, fine)),
+    )
+
+
+def _position_behind(terms: Floats, read: Floats) -> Floats:
+    position = read
+    for _ in range(PASSES):
+        position = read - periodic(terms, MOTOR_ENCODER_ERRORS, position)
+    return position
