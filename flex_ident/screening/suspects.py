@@ -19,6 +19,7 @@ from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import Remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.parameters import UNITS
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
@@ -26,6 +27,8 @@ from flex_ident.screening.sketching import extended_solver, raced, raced_starts,
 from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, SHOWS, STRONG
 
 MOST_SKETCHES = 4
+MOST_WEIGHTY, WEIGHTY = 2, 1.0
+"""Suspects that are refitted for what they would move, at most, and from how many standard deviations."""
 FURTHER = 12
 """Iterations by which the likeliest suspect is refitted further, and the winner of a race."""
 
@@ -199,8 +202,22 @@ def _screened(solver: SteadyFit, fit: Fit, *, prismatic: bool) -> list[_Tried]:
     named = {t.suspect.effect for t in strong}
     many = [t for t in found if effect_named(t.suspect.effect).raced]
     more = [t for t in many if t.suspect.strong or named & set(effect_named(t.suspect.effect).mistaken_for)]
-    likely = (*strong[:MOST_SKETCHES], *more)
+    likely = (*strong[:MOST_SKETCHES], *more, *_weighty([t for t in found if not t.suspect.strong], fit, solver))
     return [t.sketched() if any(t is s for s in likely) else t for t in found]
+
+
+def _weighty(found: Sequence[_Tried], fit: Fit, solver: SteadyFit) -> list[_Tried]:
+    """The few of those that the recording does not speak for beyond doubt which would still move a parameter most, and
+    by more than its uncertainty: a drive that gave way at the largest torque was said to scale all forces by 2 %, by a
+    linear estimate that no refit bore out."""
+    known = uncertainty_of(fit, solver.problem.rate_hz)
+    std = np.array([known.std(key) for key in fit.free])
+    own = np.array([key in UNITS and 0.0 < s < math.inf for key, s in zip(fit.free, std, strict=True)])
+    if not own.any():
+        return []
+    moved = [(t.suspect.weight * float(np.max(np.abs(t.suspect.shift[own]) / std[own])), t) for t in found]
+    heavy = sorted((size for size in moved if size[0] > WEIGHTY), key=lambda size: -size[0])
+    return [t for _, t in heavy[:MOST_WEIGHTY]]
 
 
 def _looked_into(found: list[_Tried], left: Remainder, *, prismatic: bool) -> list[_Tried]:
