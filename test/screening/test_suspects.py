@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,15 @@ from flex_ident.recording import Recording
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.scoring import following_of, orthonormal, projected, scores
 from flex_ident.screening.sketching import sketched
-from flex_ident.screening.suspects import Suspect, named_shift, suspects, unexplained_gap, widened
+from flex_ident.screening.suspects import (
+    Suspect,
+    _Tried,
+    _weighty,
+    named_shift,
+    suspects,
+    unexplained_gap,
+    widened,
+)
 from flex_ident.screening.thresholds import NO_CAUSE, STRONG
 
 Floats = NDArray[np.float64]
@@ -223,3 +232,23 @@ def test_a_suspect_whose_refit_saves_nothing_weighs_nothing(monkeypatch: pytest.
 
 def _runs_away(*_args: object) -> Fit:
     raise ExcitationError("runs away")
+
+
+def weighty(*shifts: float, gain: float = 16.0) -> list[float]:
+    """Which of several suspects that would shift K by so many of its standard deviations are refitted."""
+    rng = np.random.default_rng(0)
+    slope = np.ones((400, 1))
+    fit = Fit(
+        ("K",), Values({"K": 1.0}), slope, rng.standard_normal(400), (np.arange(400),), np.zeros((1, 1)), (), (), 200.0
+    )
+    solver: Any = SimpleNamespace(problem=SimpleNamespace(rate_hz=10.0))
+    score: Any = None
+    std = uncertainty_of(fit, 10.0).std("K")
+    tried = [_Tried(Suspect("backlash", gain, np.array([s * std])), score, solver, fit, 1.0) for s in shifts]
+    return [round(float(t.suspect.shift[0]) / std, 6) for t in _weighty(tried, fit, solver)]
+
+
+def test_what_would_move_a_parameter_most_is_refitted_before_it_is_believed() -> None:
+    assert weighty(0.5, -3.0, 70.0, 2.0) == [70.0, -3.0]
+    assert weighty(0.5, 0.9) == []
+    assert weighty(70.0, gain=-20.0) == []
