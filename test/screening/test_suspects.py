@@ -234,7 +234,7 @@ def _runs_away(*_args: object) -> Fit:
     raise ExcitationError("runs away")
 
 
-def weighty(*shifts: float, gain: float = 16.0) -> list[float]:
+def weighty(*shifts: float, gain: float = 16.0, effect: str = "saturation") -> list[float]:
     """Which of several suspects that would shift K by so many of its standard deviations are refitted."""
     rng = np.random.default_rng(0)
     slope = np.ones((400, 1))
@@ -244,7 +244,7 @@ def weighty(*shifts: float, gain: float = 16.0) -> list[float]:
     solver: Any = SimpleNamespace(problem=SimpleNamespace(rate_hz=10.0))
     score: Any = None
     std = uncertainty_of(fit, 10.0).std("K")
-    tried = [_Tried(Suspect("backlash", gain, np.array([s * std])), score, solver, fit, 1.0) for s in shifts]
+    tried = [_Tried(Suspect(effect, gain, np.array([s * std])), score, solver, fit, 1.0) for s in shifts]
     return [round(float(t.suspect.shift[0]) / std, 6) for t in _weighty(tried, fit, solver)]
 
 
@@ -252,3 +252,4 @@ def test_what_would_move_a_parameter_most_is_refitted_before_it_is_believed() ->
     assert weighty(0.5, -3.0, 70.0, 2.0) == [70.0, -3.0]
     assert weighty(0.5, 0.9) == []
     assert weighty(70.0, gain=-20.0) == []
+    assert weighty(70.0, effect="stribeck_friction") == []
