@@ -212,7 +212,7 @@ def _weighty(found: Sequence[_Tried], fit: Fit, solver: SteadyFit) -> list[_Trie
     forces by 2 %, by a linear estimate that no refit bore out.
 
     Not the joint's own laws, of which a rough refit tells less: without their shifts the bands of friction that has
-    another law held it at 80 of 100 speeds.
+    another law held it at 56 of 70 speeds.
     """
     found = [t for t in found if effect_named(t.suspect.effect).where == "measurement"]
     known = uncertainty_of(fit, solver.problem.rate_hz)
