@@ -16,6 +16,7 @@ from flex_ident.estimation.encoder_rounding import rounding_bias
 from flex_ident.estimation.far_mode import unseen_shift
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
+from flex_ident.estimation.link_calibration import calibration_shift
 from flex_ident.estimation.strain import material, strained_factor
 from flex_ident.estimation.thresholds import (
     BAND_IN_MODES,
@@ -222,6 +223,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
         joined = joined.beside(unseen_shift(solver, fit))
     joined = joined.beside(spring_shift(solver, fit)).beside(rounding_bias(solver, fit))
+    joined = joined.beside(calibration_shift(plain))
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.

@@ -9,7 +9,13 @@ import numpy as np
 from flex_ident.effects import CATALOGUE, key_named, told_key, trade_error
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.evidence import is_identifiable
-from flex_ident.estimation.thresholds import DRY_REVERSAL_ERROR, FOLDING, LINK_REVERSAL_ERROR, REVERSAL_ERROR
+from flex_ident.estimation.thresholds import (
+    DRY_REVERSAL_ERROR,
+    FOLDING,
+    LINK_REVERSAL_ERROR,
+    LINK_REVERSAL_SEEN,
+    REVERSAL_ERROR,
+)
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters import Parameter
 from flex_ident.parameters.values import Values
@@ -47,7 +53,8 @@ def reversal_error(estimate: Estimate, key: str) -> float:
     values, problem = estimate.fit.values, estimate.problem
     if key in ("FV", "FS") and not problem.rigid:
         link = problem.link_response_of(values)
-        error = LINK_REVERSAL_ERROR * values.get("FS", 0.0)
+        share = LINK_REVERSAL_ERROR if problem.link is None else LINK_REVERSAL_SEEN
+        error = share * values.get("FS", 0.0)
         return error if key == "FS" or link is None else error / (float(np.std(link.velocity)) or math.inf)
     dry = "FS" if problem.rigid else "FSm"
     if key == dry:
