@@ -17,8 +17,9 @@ from flex_ident.estimation.estimate import fit_problem, validation_blocks
 from flex_ident.estimation.identification import chosen_sensors
 from flex_ident.estimation.kind_priors import as_told
 from flex_ident.gap.base import fitted_base, search_start
-from flex_ident.gap.final import gap_of, trained_values
+from flex_ident.gap.final import trained_values
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.sizes import gap_size
 from flex_ident.gap.thresholds import CARRIED_T
 from flex_ident.likelihood.comparison import held_out_comparison
 from flex_ident.likelihood.fit import Fit
@@ -130,7 +131,7 @@ def carried_over(
 
 
 def _gap(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArray[np.bool_]) -> float:
-    return gap_of(problem, trained_values(solver, fit, problem, held), held)
+    return gap_size(problem, trained_values(solver, fit, problem, held), held).torque
 
 
 def _with(solver: SteadyFit, fit: Fit, effect: Carried, starts: Sequence[Values]) -> tuple[SteadyFit, Fit]:

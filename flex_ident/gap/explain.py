@@ -23,12 +23,13 @@ from flex_ident.gap.explanation import (
     Region,
     Step,
 )
-from flex_ident.gap.final import gap_of, judged_again
+from flex_ident.gap.final import judged_again
 from flex_ident.gap.findings import finding_of
 from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.rigid_base import rigid_alone, rigid_as_well
 from flex_ident.gap.search import Progress, searched
+from flex_ident.gap.sizes import GapSize, gap_size
 from flex_ident.gap.thresholds import AT_THE_LIMIT, NOT_A_MODEL, VISIBLE
 from flex_ident.gap.where import Variable, profile, regions, variables
 from flex_ident.judgement.rules import ESSENTIAL
@@ -92,7 +93,7 @@ def explain(
     determined = all(
         is_identifiable(replace(estimate, uncertainty=estimate.plain), k) for k in fit.free if k in ESSENTIAL
     )
-    notices = (*_as_given(problem, options, gaps[0], held), *_notices(estimate.fit, problem))
+    notices = (*_as_given(problem, options, gaps[0].torque, held), *_notices(estimate.fit, problem))
     if not determined:
         notices = (*notices, _refusal([a.trial.effect for a in search.accepted]))
         if search.accepted:  # nothing is added to a base that is not determined
@@ -104,19 +105,20 @@ def explain(
         if rigid is not None:
             return _explained_as_rigid(recording, options, progress, rigid)
     first, left = remainder(solver, fit, held), remainder(estimate.solver, estimate.fit, held)
-    floor = min(left.floor, gaps[-1])
+    before, after = gaps[0].torque, gaps[-1].torque
+    floor = min(left.floor, after)
     steps = _steps(search, gaps)
     findings = tuple(finding_of(search, i, gaps, estimate) for i in range(len(search.accepted)))
     before_variables = variables(problem, fit.values)
     after_variables = variables(problem, estimate.fit.values)
     where: tuple[Region, ...] = ()
-    if gaps[0] > VISIBLE * floor:
+    if before > VISIBLE * floor:
         where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
     # Where nothing is named, on all data as well: what lies in two seconds may miss the blocks that were kept back.
     whole, named = estimate.left, any(not a.trial.objection for a in search.accepted)
-    structured = left.structured(gaps[-1]) or (not named and whole.structured(whole.gap))
-    hopeless = gaps[0] > NOT_A_MODEL * float(np.std(problem.measured_torque(fit.values)[held]))
+    structured = left.structured(after) or (not named and whole.structured(whole.gap))
+    hopeless = before > NOT_A_MODEL * float(np.std(problem.measured_torque(fit.values)[held]))
     coupled = estimate.coupling is not None and estimate.coupling.seen
     sound = determined or (structured and not hopeless)
     reasons: list[str] = []
@@ -124,7 +126,7 @@ def explain(
         tried = "that was tried" if options.effects else "of the catalogue"
         tried = tried if options.searching else "that the other recordings bear out"
         place = where_left[0].text if where_left else "it is spread evenly"
-        size = gaps[-1] if left.structured(gaps[-1]) else whole.gap
+        size = after if left.structured(after) else whole.gap
         reasons.append(
             f"{size:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
         )
@@ -132,7 +134,7 @@ def explain(
         share, joints = 100.0 * estimate.coupling.share, ", ".join(estimate.coupling.joints)
         reasons.append(f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy.")
     if left.evidence == "none":
-        reasons.append(f"{gaps[-1]:.3g} N m rms remain, and nothing tells how much of it is noise: repeat the motion.")
+        reasons.append(f"{after:.3g} N m rms remain, and nothing tells how much of it is noise: repeat the motion.")
     if not named and whole.link is not None and whole.link.structured:
         reasons.append(
             f"{whole.link.gap:.3g} rad rms remain of the link's position, its noise is {whole.link.floor:.3g} rad."
@@ -150,8 +152,8 @@ def explain(
         sensors=sensors,
         verdict=verdict,
         unit="N m",
-        before=gaps[0],
-        after=gaps[-1],
+        before=before,
+        after=after,
         noise_floor=floor,
         method_error=left.own_error,
         steps=steps,
@@ -203,11 +205,11 @@ def _coarse(recording: Recording, problem: FitProblem, options: GapOptions) -> F
     return coarse.resting_below(problem.resting_speed) if coarse.substeps < problem.substeps else problem
 
 
-def _steps(search: Search, gaps: Sequence[float]) -> tuple[Step, ...]:
+def _steps(search: Search, gaps: Sequence[GapSize]) -> tuple[Step, ...]:
     names = ["base"]
     for a in search.accepted:
         names.append(f"{names[-1]} + {a.trial.effect}")
-    return tuple(Step(name, gap) for name, gap in zip(names, gaps, strict=True))
+    return tuple(Step(name, gap.torque, gap.link) for name, gap in zip(names, gaps, strict=True))
 
 
 def _final(recording: Recording, estimate: Estimate, sensors: Sensors) -> Identification:
@@ -244,7 +246,7 @@ def _as_given(problem: FitProblem, options: GapOptions, refitted: float, held: N
     """How far the model as it was given is from the measurement, before its parameters are identified again."""
     if options.model is None:
         return ()
-    given = gap_of(problem, values_of(options.model).without(options.without), held)
+    given = gap_size(problem, values_of(options.model).without(options.without), held).torque
     return (Notice(Code.MODEL_AS_GIVEN, numbers={"given": given, "refitted": refitted}, texts={"unit": "N m"}),)
 
 

@@ -21,6 +21,8 @@ class Step:
 
     model: str
     gap: float
+    link_gap: float | None = None
+    """The same of the link's position, rad rms; None without a link encoder."""
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,14 @@ from flex_ident.gap.base import polished
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
+from flex_ident.gap.sizes import GapSize, gap_size
 from flex_ident.gap.thresholds import SIGNIFICANT, SIGNIFICANT_STATED
 from flex_ident.gap.weighing import rebuilt
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
-from flex_ident.likelihood.remainder import counted
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.values import Values
-from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 
 VALIDATION_ITERATIONS = 5
@@ -29,19 +28,19 @@ VALIDATION_ITERATIONS = 5
 def judged_again(
     search: Search, searching: SteadyFit, start: Fit, base: tuple[SteadyFit, Fit], problem: FitProblem,
     options: GapOptions,
-) -> tuple[Search, list[float], Estimate]:  # fmt: skip
+) -> tuple[Search, list[GapSize], Estimate]:  # fmt: skip
     """The search with what holds in the final model only, the gap after each step, and the final model.
 
-    Each accepted effect must lower the gap on data not fitted, be significant in the final model, and be no larger than
-    it can be. One that fails goes, and the rest is fitted again.
+    Each accepted effect must lower the gap on data not fitted, of the torque or of the link's position, be significant
+    in the final model, and be no larger than it can be. One that fails goes, and the rest is fitted again.
     """
     held = validation_blocks(problem)
     while True:
         estimate = _final_estimate(search, base, problem, options)
         middle = [(a.trial.solver, search.after(i)) for i, a in enumerate(search.accepted[:-1])]
-        gaps = [gap_of(problem, trained_values(s, f, problem, held), held) for s, f in (base, *middle)]
+        gaps = [gap_size(problem, trained_values(s, f, problem, held), held) for s, f in (base, *middle)]
         if search.accepted:
-            gaps.append(gap_of(problem, estimate.trained, held))
+            gaps.append(gap_size(problem, estimate.trained, held))
         failed = next(
             ((a, why) for i, a in reversed(list(enumerate(search.accepted))) if not a.by_hand
              and (why := _fails(a.trial.candidate, gaps[i], gaps[i + 1], estimate))), None,
@@ -54,10 +53,10 @@ def judged_again(
         search = rebuilt(search, kept, searching, start)
 
 
-def _fails(candidate: Candidate, before: float, after: float, estimate: Estimate) -> str:
+def _fails(candidate: Candidate, before: GapSize, after: GapSize, estimate: Estimate) -> str:
     """Why an accepted effect does not hold in the final model; empty where it does."""
-    if after >= before:
-        return f"in the final model the gap on data not fitted does not fall ({before:.3g} to {after:.3g} N m)"
+    if not after.falls_from(before):
+        return f"in the final model the gap on data not fitted does not fall ({before.shown} to {after.shown})"
     ratios = {k: abs(estimate.fit.values[k]) / max(estimate.plain.std(k), 1e-300) for k in candidate.scaled}
     best = max(ratios, key=lambda k: ratios[k])
     if ratios[best] < SIGNIFICANT:
@@ -87,12 +86,3 @@ def trained_values(solver: SteadyFit, fit: Fit, problem: FitProblem, held: NDArr
     """Values of the same keys, fitted without the validation part."""
     own = SteadyFit(problem.restricted(problem.usable & ~held), priors=solver.priors, marks=solver.marks)
     return own.solve(fit.free, fit.values, fit.whitenings, iterations=VALIDATION_ITERATIONS, tolerance=1e-5).values
-
-
-def _torque_residual(problem: FitProblem, values: Values) -> Floats:
-    return problem.residuals(values)[0]
-
-
-def gap_of(problem: FitProblem, values: Values, held: NDArray[np.bool_]) -> float:
-    """Gap of the torque, N m rms, on the rows `held` (m,) as far as they count: not where the motor sticks."""
-    return float(np.sqrt(np.mean(_torque_residual(problem, values)[counted(problem, held)] ** 2)))

@@ -12,16 +12,16 @@ from flex_ident.effects import effect_named
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.identified import identified_parameter
 from flex_ident.gap.explanation import Alternative, Finding
-from flex_ident.gap.final import gap_of
 from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.measured import measured_curve
 from flex_ident.gap.reading import read
+from flex_ident.gap.sizes import GapSize, gap_size
 from flex_ident.gap.thresholds import PERIODS
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.keys import key_parts
 
 
-def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Estimate) -> Finding:
+def finding_of(search: Search, index: int, gaps: Sequence[GapSize], estimate: Estimate) -> Finding:
     accepted = search.accepted[index]
     trial, problem, held = accepted.trial, estimate.problem, estimate.validation
     found = []
@@ -29,16 +29,17 @@ def finding_of(search: Search, index: int, gaps: Sequence[float], estimate: Esti
         p = identified_parameter(estimate, key)
         found.append(replace(p, key=key_parts(key)[1]))
     others = tuple(
-        Alternative(t.effect, gap_of(problem, t.fit.values, held)) for t in accepted.others if t.effect != trial.effect
-    )[:3]
+        Alternative(t.effect, gap_size(problem, t.fit.values, held).torque)
+        for t in accepted.others if t.effect != trial.effect
+    )[:3]  # fmt: skip
     effect = effect_named(trial.effect)
     curve = measured_curve(estimate, trial.effect)
     return Finding(
         effect=trial.effect,
         verdict="by_hand" if accepted.by_hand else "accepted",
         confidence=_confidence(accepted),
-        gap_before=gaps[index],
-        gap_after=gaps[index + 1],
+        gap_before=gaps[index].torque,
+        gap_after=gaps[index + 1].torque,
         parameters=tuple(found),
         evidence=_evidence(trial.effect, accepted, gaps[index], gaps[index + 1]) + _periods_seen(accepted, problem),
         also_considered=others,
@@ -57,17 +58,26 @@ def _confidence(accepted: Accepted) -> float:
     return min(0.99, 1.0 / (1.0 + odds))
 
 
-def _evidence(name: str, accepted: Accepted, before: float, after: float) -> str:
+def _evidence(name: str, accepted: Accepted, before: GapSize, after: GapSize) -> str:
     effect = effect_named(name)
     trial = accepted.trial
     text = (
-        f"{effect.summary}: on data not fitted the gap falls from {before:.3g} to {after:.3g} N m; blocks of 0.25 s "
+        f"{effect.summary}: on data not fitted {_fall(before, after)} N m; blocks of 0.25 s "
         f"left out of the fit are predicted better by {100 * trial.held_out.share:.0f} % (t = {trial.held_out.t:.1f}), "
         f"the BIC falls by {trial.evidence:.0f}; {100 * max(0.0, min(1.0, trial.share)):.0f} % of the closable gap"
     )
     if trial.objection:
         text += f"; against it: {trial.objection}"
     return text + "."
+
+
+def _fall(before: GapSize, after: GapSize) -> str:
+    """Which gap falls, from what to what: the link's where it falls by more, relative to what it was."""
+    torque = f"from {before.torque:.3g} to {after.torque:.3g}"
+    if before.link is None or after.link is None or after.link * before.torque >= after.torque * before.link:
+        return f"the gap falls {torque}"
+    link = f"from {1e3 * before.link:.3g} to {1e3 * after.link:.3g} mrad"
+    return f"the gap of the link's position falls {link}, that of the torque goes {torque}"
 
 
 def _periods_seen(accepted: Accepted, problem: FitProblem) -> str:

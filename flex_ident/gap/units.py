@@ -46,7 +46,7 @@ def _converted(
 
 
 def _force_in_newtons(evidence: str) -> str:
-    return evidence.replace(" N m;", " N;")
+    return evidence.replace(" N m;", " N;").replace(" mrad,", " mm,")
 
 
 def _finding(found: Finding, converted: Callable[[Parameter], Parameter], words: Words, unit_of: Words) -> Finding:

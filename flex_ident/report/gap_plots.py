@@ -20,6 +20,7 @@ from flex_ident.report.figures import (
     styled_figure,
     thinned,
 )
+from flex_ident.report.units import words_of
 
 WORDS = {
     "time": "time", "motor_position": "motor angle", "motor_velocity": "motor velocity",
@@ -32,26 +33,37 @@ LOWEST_HZ = 0.2
 
 
 def steps_plot(explanation: GapExplanation) -> bytes:
-    """The gap of each model of the search, on data not fitted, against the noise floor."""
+    """The gap of each model of the search, on data not fitted, against the noise floor; beside it that of the link's
+    position, where it was recorded and something was found."""
     names = [s.model.split(" + ")[-1] if i else "base model" for i, s in enumerate(explanation.steps)]
-    gaps = [s.gap for s in explanation.steps]
-    with styled_figure(8.6, 0.62 * len(gaps) + 1.3) as figure:
-        axes = figure.subplots()
-        colours = [PREDICTED] + [LINK] * (len(gaps) - 1)
-        axes.barh(range(len(gaps)), gaps, color=colours, height=0.6)
-        labels = [n.replace("_", " ") if i == 0 else f"+ {n.replace('_', ' ')}" for i, n in enumerate(names)]
-        axes.set_yticks(range(len(gaps)), labels)
+    labels = [n.replace("_", " ") if i == 0 else f"+ {n.replace('_', ' ')}" for i, n in enumerate(names)]
+    links = [1e3 * s.link_gap for s in explanation.steps if s.link_gap is not None] if len(names) > 1 else []
+    with styled_figure(8.6, 0.62 * len(names) + 1.3) as figure:
+        panels = figure.subplots(
+            1, 2 if links else 1, sharey=True, squeeze=False, width_ratios=[2, 1] if links else [1]
+        )
+        axes = panels[0, 0]
+        between = "gap of the torque" if links else "gap between simulated and measured torque"
+        _bars(axes, [s.gap for s in explanation.steps], f"{between} on data not fitted, {explanation.unit} rms")
+        axes.set_yticks(range(len(names)), labels)
         axes.invert_yaxis()
         axes.axvline(explanation.noise_floor, color=MEASURED, ls="--", lw=1.2)
         above = axes.get_xaxis_transform()
         axes.text(explanation.noise_floor, 1.0, "noise floor", transform=above, color=MEASURED, ha="center",
                   va="bottom", fontsize=8.5)  # fmt: skip
-        for i, gap in enumerate(gaps):
-            axes.text(gap, i, f" {gap:.3g}", va="center", fontsize=9)
-        axes.set_xlim(0, 1.15 * max(gaps))
-        axes.set_xlabel(f"gap between simulated and measured torque on data not fitted, {explanation.unit} rms")
-        axes.grid(axis="y", visible=False)
+        if links:
+            _bars(panels[0, 1], links, f"of the link's position, {words_of(explanation.final)('mrad')} rms")
         return png_bytes(figure)
+
+
+def _bars(axes: Any, gaps: list[float], label: str) -> None:
+    """One bar a model, the base first, each with its number."""
+    axes.barh(range(len(gaps)), gaps, color=[PREDICTED] + [LINK] * (len(gaps) - 1), height=0.6)
+    for i, gap in enumerate(gaps):
+        axes.text(gap, i, f" {gap:.3g}", va="center", fontsize=9)
+    axes.set_xlim(0, 1.15 * max(gaps))
+    axes.set_xlabel(label)
+    axes.grid(axis="y", visible=False)
 
 
 def torque_gap_plot(explanation: GapExplanation) -> bytes:

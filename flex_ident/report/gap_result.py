@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from flex_ident.gap.explanation import Finding, GapExplanation, Region
+from flex_ident.gap.explanation import Finding, GapExplanation, Region, Step
 from flex_ident.gap.measured import MeasuredCurve
 from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Parameter
@@ -60,6 +60,10 @@ def _repeats(r: Repeats | None) -> dict[str, float] | None:
     return None if r is None else {"period_s": r.period_s, "repeatable": r.repeatable, "noise": r.noise}
 
 
+def _step(s: Step) -> dict[str, Any]:
+    return {"model": s.model, "gap": s.gap, **({} if s.link_gap is None else {"link_gap": s.link_gap})}
+
+
 def gap_content(explanation: GapExplanation) -> dict[str, Any]:
     """The content of `gap.json` (schema flex_ident/gap/1)."""
     e = explanation
@@ -69,7 +73,7 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
         "gap": {
             "unit": e.unit, "measured_on": "validation", "before": e.before, "after": e.after,
             "noise_floor": e.noise_floor, "method_error": e.method_error, "closed": e.closed,
-            "steps": [{"model": s.model, "gap": s.gap} for s in e.steps],
+            "steps": [_step(s) for s in e.steps],
             "repeats": {"before": _repeats(e.repeats), "after": _repeats(e.repeats_left)} if e.repeats else None,
         },
         "where": _regions(e.where), "where_left": _regions(e.where_left),

@@ -10,6 +10,7 @@ from flex_ident.notices import Code
 from flex_ident.parameters import Identification
 from flex_ident.report.advice import first_thing, other_things, told
 from flex_ident.report.table import rounded, text_table
+from flex_ident.report.units import words_of
 
 SUMMARY = {
     "complete": "nothing is missing: what is left of the gap is noise",
@@ -77,17 +78,28 @@ def _final(explanation: GapExplanation) -> Identification:
     return replace(final, notices=tuple(n for n in final.notices if n.code is not Code.MODEL_MISMATCH))
 
 
+def _steps_text(e: GapExplanation) -> str:
+    """The gap of each model, of the link's position too where that was recorded and something was found."""
+    rows = [(s.model, f"{s.gap:.4g}", change(e.before, s.gap, 1) if i else "") for i, s in enumerate(e.steps)]
+    rows.append(("noise floor", f"{e.noise_floor:.4g}", ""))
+    header = ("model", f"gap, {e.unit} rms, data not fitted", "change")
+    if len(e.steps) == 1:
+        return text_table(header[:2], [r[:2] for r in rows], right=(1,))
+    links = [s.link_gap for s in e.steps if s.link_gap is not None]
+    if not links:
+        return text_table(header, rows, right=(1, 2))
+    known = [f"{1e3 * gap:.4g}" for gap in links] + [""]
+    wide = [(*row, gap) for row, gap in zip(rows, known, strict=True)]
+    return text_table((*header, f"link, {words_of(e.final)('mrad')} rms"), wide, right=(1, 2, 3))
+
+
 def gap_text(explanation: GapExplanation) -> str:
     """Verdict, steps, findings, regions, what was not accepted and what could not be tested."""
     e = explanation
     lines = [f"{e.joint}: {e.verdict.replace('_', ' ')}: {SUMMARY[e.verdict]}  (sensors {e.sensors})", ""]
     first = do_first(e)
     lines += [f"do this first: {first}", ""] if first else []
-    rows = [(s.model, f"{s.gap:.4g}", change(e.before, s.gap, 1) if i else "") for i, s in enumerate(e.steps)]
-    rows.append(("noise floor", f"{e.noise_floor:.4g}", ""))
-    wide = len(e.steps) > 1
-    header = ("model", f"gap, {e.unit} rms, data not fitted", *(["change"] if wide else []))
-    lines.append(text_table(header, rows if wide else [r[:2] for r in rows], right=(1, 2)))
+    lines.append(_steps_text(e))
     for finding in e.findings:
         lines += ["", finding_text(finding), f"  {finding.evidence}"]
         if finding.also_considered:
