@@ -84,6 +84,12 @@ def hidden_effect(
             found = {"time": size(1.5, 8.0) * scales.sample_time}
         case "motor_encoder_error":
             found = {"amplitude": size(0.01, 0.1) * scales.deflection, "cycles_per_turn": cycles, "phase": phase}
+        case "link_encoder_error":
+            turns = float(rng.choice((1.0, 2.0)))
+            found = {"amplitude": size(0.02, 0.2) * scales.deflection, "cycles_per_turn": turns, "phase": phase}
+        case "viscoelastic_spring":
+            unit = math.sqrt(joint["JL"] / joint["K"])
+            found = {"stiffness": size(0.02, 0.3) * joint["K"], "time": size(0.3, 10.0) * unit}
         case "soft_zone":
             found = {"share": size(0.1, 0.7), "deflection": size(0.1, 1.0) * scales.deflection}
         case "saturation":

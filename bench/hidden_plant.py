@@ -26,7 +26,7 @@ NAMES = (
     "ripple_cycles", "ripple_phase", "kinematic", "kinematic_cycles", "kinematic_phase", "limit", "second_inertia",
     "second_stiffness", "second_damping", "angle_jump", "angle_jump_at", "lugre", "lugre_bristle", "stribeck_link",
     "load_link", "quadratic_link", "asymmetry_link", "zone", "zone_deflection", "encoder",
-    "encoder_cycles", "encoder_phase",
+    "encoder_cycles", "encoder_phase", "branch", "branch_time",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(NAMES)}
 
@@ -43,6 +43,7 @@ KEYS = {
     "second_mode.damping": "second_damping", "friction_jump.torque": "angle_jump",
     "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
     "motor_encoder_error.amplitude": "encoder", "motor_encoder_error.cycles_per_turn": "encoder_cycles",
+    "viscoelastic_spring.stiffness": "branch", "viscoelastic_spring.time": "branch_time",
     "motor_encoder_error.phase": "encoder_phase", "soft_zone.share": "zone", "soft_zone.deflection": "zone_deflection",
 }  # fmt: skip
 """The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew`, `effort_lag` and `load_dead_time`
@@ -72,7 +73,7 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
     slip = np.zeros(4)
     last_d = a - b
     c, vc = b, 0.0
-    bristle = 0.0
+    bristle = branch = 0.0
     for k in range(n):
         read = a + p[41] * math.sin(p[42] * a + p[43])
         read_rate = va * (1.0 + p[41] * p[42] * math.cos(p[42] * a + p[43]))
@@ -100,6 +101,9 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
                     width = p[19] * (0.4 + 0.6 * j)
                     slip[j] = min(max(slip[j] + (d - last_d) / width, -1.0), 1.0)
                     s += 0.25 * p[18] * slip[j]
+            if p[44] > 0.0:
+                branch += d - last_d - h / p[45] * branch
+                s += p[44] * branch
             last_d = d
             smooth = p[9] + p[21] * math.sin(p[22] * a + p[23])
             smooth += warm * (p[3] * va + p[12] * abs(va) + p[13] * va * abs(va))
@@ -180,6 +184,9 @@ def hidden_recording(
         held = np.interp(time - late, time, held)
     if "effort_lag.time" in hidden:
         held = low_passed(torque, 1 / rate, hidden["effort_lag.time"])
+    if "link_encoder_error.amplitude" in hidden:
+        error, cycles, phase = (hidden[f"link_encoder_error.{k}"] for k in ("amplitude", "cycles_per_turn", "phase"))
+        link_position = link_position + error * np.sin(cycles * link_position + phase)
     if "encoder_skew.skew" in hidden:
         link_position = np.interp(time - hidden["encoder_skew.skew"], time, link_position)
     held = held + rng.normal(0.0, noise.torque * size, ref.size)

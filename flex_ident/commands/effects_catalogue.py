@@ -28,6 +28,8 @@ HUMP = 3.0
 """Torque at the hump of a curve in its picture, N m."""
 UNMOVED = 1e-6
 """Share of a torque under which it is as it was."""
+WIDE = 3.2
+"""Amplitude of a sweep over a turn, rad."""
 SAME = {"link_position": "motor_position", "link_velocity": "motor_velocity"}
 """Variables of the link that differ little from the motor's."""
 
@@ -69,7 +71,8 @@ def write_effects_page(folder: Path) -> list[Path]:
     """docs/effects.md and one picture an effect, all made by code; the paths written."""
     pictures = folder / "effects"
     pictures.mkdir(parents=True, exist_ok=True)
-    problem, base = _clean_problem()
+    problem, base = _clean_problem(Experiment(duration_s=30.0, sample_rate_hz=500.0))
+    wide, _ = _clean_problem(Experiment(duration_s=30.0, sample_rate_hz=500.0, amplitude=WIDE))
     paths = []
     lines = [
         "# The catalogue of effects",
@@ -81,7 +84,8 @@ def write_effects_page(folder: Path) -> list[Path]:
     ]
     for effect in CATALOGUE.values():
         path = pictures / f"{effect.name}.png"
-        path.write_bytes(_picture(effect, problem, base))
+        shown = problem if _shows(effect, problem, base) else wide
+        path.write_bytes(_picture(effect, shown, base))
         paths.append(path)
         lines += ["", f"## {effect.name}", "", f"{effect.summary[0].upper()}{effect.summary[1:]}.", ""]
         lines += [f"`{effect.equation}`", "", f"Signature: {effect.signature}."]
@@ -98,8 +102,13 @@ def write_effects_page(folder: Path) -> list[Path]:
     return [page, *paths]
 
 
-def _clean_problem() -> tuple[FitProblem, Values]:
-    recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=30.0, sample_rate_hz=500.0), PERFECT)
+def _shows(effect: Effect, problem: FitProblem, base: Values) -> bool:
+    """Whether that motion is enough for the effect to be tried; the others need more than a turn."""
+    return effect.curve is not None or any(candidates(problem, base, effects=(effect.name,)))
+
+
+def _clean_problem(experiment: Experiment) -> tuple[FitProblem, Values]:
+    recording = virtual_recording(COBOT_JOINT, experiment, PERFECT)
     base = Values(COBOT_JOINT.parameters).without(("MX", "MY"))
     return FitProblem(recording, sensors="motor+link", band_hz=BAND_HZ), base
 

@@ -15,6 +15,7 @@ from flex_ident.effects.hysteresis import HYSTERESIS
 from flex_ident.effects.iron_saturation import IRON_SATURATION
 from flex_ident.effects.joint_damping import JOINT_DAMPING
 from flex_ident.effects.kinematic_error import KINEMATIC_ERROR
+from flex_ident.effects.link_encoder_error import LINK_ENCODER_ERROR
 from flex_ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
 from flex_ident.effects.motor_angle_curve import MOTOR_ANGLE_CURVE
 from flex_ident.effects.motor_encoder_error import MOTOR_ENCODER_ERROR
@@ -32,6 +33,7 @@ from flex_ident.effects.time_delay import TIME_DELAY
 from flex_ident.effects.torque_droop import TORQUE_DROOP
 from flex_ident.effects.torque_offset import TORQUE_OFFSET
 from flex_ident.effects.torque_ripple import TORQUE_RIPPLE
+from flex_ident.effects.viscoelastic_spring import VISCOELASTIC_SPRING
 from flex_ident.effects.viscous_asymmetry import VISCOUS_ASYMMETRY
 from flex_ident.effects.viscous_nonlinearity import VISCOUS_NONLINEARITY
 from flex_ident.errors import ConfigurationError
@@ -67,6 +69,8 @@ CATALOGUE: dict[str, Effect] = {
         EFFORT_LAG,
         SOFT_ZONE,
         MOTOR_ENCODER_ERROR,
+        LINK_ENCODER_ERROR,
+        VISCOELASTIC_SPRING,
         MOTOR_FRICTION_CURVE,
         MOTOR_ANGLE_CURVE,
         SPRING_CURVE_EFFECT,

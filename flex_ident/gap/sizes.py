@@ -12,9 +12,6 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import counted
 from flex_ident.parameters.values import Values
 
-NEGLIGIBLE = 0.002
-"""Share by which the torque's gap may rise where the link's falls: what `gap.trials` lets an effect raise it by."""
-
 
 @dataclass(frozen=True)
 class GapSize:
@@ -24,14 +21,13 @@ class GapSize:
     link: float | None = None
 
     def falls_from(self, before: GapSize) -> bool:
-        """Whether this is the smaller gap: of the torque, or of the link at no cost to the torque.
+        """Whether this is the smaller gap, of both signals together where both were recorded.
 
-        Each signal's logarithm counts alike, as in the likelihood of white noise of unknown size.
+        The logarithm of each counts alike, as in the likelihood of white noise of unknown size. That the torque's gap
+        does not grow over the whole recording, `gap.trials` has seen to.
         """
         if self.link is None or before.link is None:
             return self.torque < before.torque
-        if not self.torque < (1.0 + NEGLIGIBLE) * before.torque:
-            return False
         return self.torque * self.link < before.torque * before.link
 
     @property

@@ -22,6 +22,7 @@ from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
+from flex_ident.simulation.encoder_error import link_reading_error
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque, standstill_friction
 from flex_ident.simulation.terms import BASE_TERMS, MEASUREMENT_TERMS, RIGID_TERMS, Term, no_terms
@@ -268,6 +269,9 @@ class FitProblem:
             drift = float(terms[Term.LINK_DRIFT])
             if drift != 0.0:
                 position = position + self._drifted(link, float(terms[Term.LINK_SKEW]), drift)
+            misread = link_reading_error(terms, link.position)
+            if misread is not None:
+                position = position + self.reduced(misread, delay=float(terms[Term.LINK_SKEW]))
             moved = position - self._middle
             link_out = position + terms[Term.LINK_SCALE] * moved + terms[Term.LINK_ZERO]
         return Prediction(torque_out, link_out)

@@ -15,6 +15,7 @@ from flex_ident.recording import Floats
 from flex_ident.simulation.compiled import compiled
 from flex_ident.simulation.kernel import (
     HYS,
+    RELAX,
     RUNAWAY,
     STRIBECK,
     ZONE,
@@ -38,7 +39,7 @@ LANE_ROWS: dict[Term, int] = {
 """Terms that steps side by side know, and the row of a lane that holds each."""
 STEPWISE = (
     Term.HYSTERESIS_TORQUE, Term.HYSTERESIS_DEFLECTION, Term.LINK_STRIBECK, Term.LINK_STRIBECK_VELOCITY,
-    Term.SOFT_ZONE_SHARE, Term.SOFT_ZONE_DEFLECTION,
+    Term.SOFT_ZONE_SHARE, Term.SOFT_ZONE_DEFLECTION, Term.RELAXING_STIFFNESS, Term.RELAXATION_TIME,
 )  # fmt: skip
 """Terms with which every step is taken by `link_step`."""
 FIRST = (Term.INITIAL_DEFLECTION, Term.INITIAL_VELOCITY)
@@ -74,7 +75,7 @@ def _simulation(lanes: int) -> Simulation:
         n = torque.shape[1]
         # One array holds what a lane needs, row by row, so that the compiler sees that rows do not overlap.
         w = np.zeros(30 * lanes)
-        hysteresis = np.zeros(lanes)
+        hysteresis, relaxing = np.zeros(lanes), np.zeros(lanes)
         bound = np.empty(lanes)
         plain = True
         for j in range(lanes):
@@ -89,7 +90,7 @@ def _simulation(lanes: int) -> Simulation:
             w[_SECOND * lanes + j] = 1.0 / second if second != 0.0 else 0.0
             if second == 0.0:
                 w[3 * lanes + j], w[15 * lanes + j], w[16 * lanes + j] = 0.0, 0.0, 0.0
-            if p[HYS] != 0.0 or p[STRIBECK] != 0.0 or p[ZONE] != 0.0:
+            if p[HYS] != 0.0 or p[STRIBECK] != 0.0 or p[ZONE] != 0.0 or p[RELAX] != 0.0:
                 plain = False
         last = 2 * (n - 1)
         for k in range(n):
@@ -169,7 +170,7 @@ def _simulation(lanes: int) -> Simulation:
                         turning += 1
             else:
                 for j in range(lanes):
-                    torque[j, k] = spring_torque(terms[j], b0 - w[j], r0 - w[lanes + j], hysteresis[j])
+                    torque[j, k] = spring_torque(terms[j], b0 - w[j], r0 - w[lanes + j], hysteresis[j], relaxing[j])
                     position[j, k], velocity[j, k] = w[j], w[lanes + j]
             if k == n - 1:
                 break
@@ -177,12 +178,13 @@ def _simulation(lanes: int) -> Simulation:
                 for j in range(lanes):
                     if plain and not w[24 * lanes + j] < 0.0:
                         continue
-                    q, v, q2, v2, z = link_step(
-                        terms[j], w[j], w[lanes + j], w[2 * lanes + j], w[3 * lanes + j], hysteresis[j],
+                    q, v, q2, v2, z, y = link_step(
+                        terms[j], w[j], w[lanes + j], w[2 * lanes + j], w[3 * lanes + j], hysteresis[j], relaxing[j],
                         b0, b1, b2, r0, r1, r2, step, time, 0.0,
                     )  # fmt: skip
                     w[20 * lanes + j], w[21 * lanes + j] = q, v
                     w[22 * lanes + j], w[23 * lanes + j], hysteresis[j] = q2, v2, z
+                    relaxing[j] = y
             for i in range(4 * lanes):
                 w[i] = w[20 * lanes + i]
             for j in range(lanes):

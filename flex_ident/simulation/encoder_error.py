@@ -1,13 +1,15 @@
-"""A motor's encoder that errs by harmonics of its own angle: what moves behind what it reads."""
+"""Encoders that err by harmonics of their own angle: what is behind what they read, and what they read."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from flex_ident.recording import Floats
 from flex_ident.simulation.harmonics import acting, periodic, periodic_bend, periodic_slope
 from flex_ident.simulation.motion import MotorMotion
-from flex_ident.simulation.terms import MOTOR_ENCODER_ERRORS
+from flex_ident.simulation.terms import LINK_ENCODER_ERRORS, MOTOR_ENCODER_ERRORS
 
 PASSES = 3
 """Times that the error is taken at where the motor was found to be: errors are small against their own period."""
@@ -36,3 +38,10 @@ def _position_behind(terms: Floats, read: Floats) -> Floats:
     for _ in range(PASSES):
         position = read - periodic(terms, MOTOR_ENCODER_ERRORS, position)
     return position
+
+
+def link_reading_error(terms: Floats, position: Floats) -> Floats | None:
+    """What the link's encoder reads too far at `position` (n,), rad; None where it does not err."""
+    if not acting(terms, LINK_ENCODER_ERRORS):
+        return None
+    return np.asarray(periodic(terms, LINK_ENCODER_ERRORS, position))

@@ -19,6 +19,7 @@ from flex_ident.simulation.terms import SPRING_CURVE, Term
 
 K, K3, HALF_GAP = int(Term.STIFFNESS), int(Term.CUBIC_STIFFNESS), int(Term.HALF_GAP)
 ZONE, ZONE_D = int(Term.SOFT_ZONE_SHARE), int(Term.SOFT_ZONE_DEFLECTION)
+RELAX, RELAX_T = int(Term.RELAXING_STIFFNESS), int(Term.RELAXATION_TIME)
 HYS, HYS_D, DAMP = int(Term.HYSTERESIS_TORQUE), int(Term.HYSTERESIS_DEFLECTION), int(Term.SPRING_DAMPING)
 JL, FV, FS = int(Term.LINK_INERTIA), int(Term.LINK_VISCOUS), int(Term.LINK_COULOMB)
 GX, GY = int(Term.GRAVITY_COS), int(Term.GRAVITY_SIN)
@@ -45,8 +46,18 @@ def dahl_state(z: float, change: float, scale: float) -> float:
 
 
 @compiled
-def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
-    """Torque through the transmission at deflection `d`, its `rate`, and Dahl state `z`."""
+def relaxed(p: Floats, y: float, change: float, time: float) -> float:
+    """Deflection of the part that relaxes, `time` s after it was `y`, the spring bent by `change` evenly meanwhile."""
+    if p[RELAX] == 0.0 or time <= 0.0 or p[RELAX_T] <= 0.0:
+        return y
+    x = time / p[RELAX_T]
+    decay = math.exp(-x)
+    return float(y * decay + change * (1.0 - decay) / x)
+
+
+@compiled
+def spring_torque(p: Floats, d: float, rate: float, z: float, y: float) -> float:
+    """Torque through the transmission at deflection `d`, its `rate`, Dahl state `z`, and `y` of what relaxes."""
     e = d
     gap = p[HALF_GAP]
     if gap > 0.0:
@@ -58,7 +69,7 @@ def spring_torque(p: Floats, d: float, rate: float, z: float) -> float:
             e = 0.0
     if p[ZONE] != 0.0 and p[ZONE_D] > 0.0:
         e -= p[ZONE] * e / math.sqrt(1.0 + (e / p[ZONE_D]) ** 2)
-    torque = p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z
+    torque = p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z + p[RELAX] * y
     if p[CURVE] > 0.0:
         torque += tabulated(p, CURVE, d)
     return float(torque)
@@ -136,10 +147,10 @@ def first_state(p: Floats, base: float, base_rate: float) -> tuple[float, float]
 
 @compiled
 def link_step(
-    p: Floats, q: float, v: float, q2: float, v2: float, z: float, b0: float, b1: float, b2: float, r0: float,
+    p: Floats, q: float, v: float, q2: float, v2: float, z: float, y: float, b0: float, b1: float, b2: float, r0: float,
     r1: float, r2: float, step: float, time: float, against: float,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """State of the link, the second mass and the hysteresis one step later.
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """State of the link, the second mass, the hysteresis and what relaxes one step later.
 
     The motor's side of the spring is at `b0`, `b1`, `b2` at the step's start, middle and end; its rate is `r0` to `r2`.
     `against`: a further torque that the link works against.
@@ -164,14 +175,15 @@ def link_step(
         elif not soft:
             # At rest: does the link stick until the end of the step?
             here = interpolated(b0, b1, b2, x0)
-            tau = spring_torque(p, here - q, interpolated(r0, r1, r2, x0), z)
+            tau = spring_torque(p, here - q, interpolated(r0, r1, r2, x0), z, y)
             push = free_torque(p, q - q_start, 0.0, q2 - q, v2, tau, time, load, slope)
             hold = dry_friction(p, 0.0, tau, time)
             if abs(push) > hold:
                 sign = 1.0 if push > 0.0 else -1.0
             else:
                 z_end = dahl_state(z, b2 - here, p[HYS_D])
-                tau_end = spring_torque(p, b2 - q, r2, z_end)
+                y_end = relaxed(p, y, b2 - here, (1.0 - x0) * step)
+                tau_end = spring_torque(p, b2 - q, r2, z_end, y_end)
                 push_end = free_torque(p, q - q_start, 0.0, q2 - q, v2, tau_end, time, load, slope)
                 hold_end = dry_friction(p, 0.0, tau_end, time)
                 excess, excess_end = abs(push) - hold, abs(push_end) - hold_end
@@ -181,6 +193,7 @@ def link_step(
                 x1 = x0 + fraction * (1.0 - x0)
                 there = interpolated(b0, b1, b2, x1)
                 z = dahl_state(z, there - here, p[HYS_D])
+                y = relaxed(p, y, there - here, (x1 - x0) * step)
                 if second:
                     h = (x1 - x0) * step
                     a2 = -(p[K2] * (q2 - q) + p[D2] * v2) * inverse_second
@@ -194,7 +207,7 @@ def link_step(
                 if x0 >= 1.0 - 1e-9:
                     break
         span = 1.0 - x0
-        q_old, v_old, q2_old, v2_old, z_old = q, v, q2, v2, z
+        q_old, v_old, q2_old, v2_old, z_old, y_old = q, v, q2, v2, z, y
         d_old = interpolated(b0, b1, b2, x0) - q
         reached = 1.0
         for attempt in range(2):
@@ -209,7 +222,8 @@ def link_step(
                 sq2, sv2 = q2_old + share * kq2, v2_old + share * kv2
                 sd = interpolated(b0, b1, b2, where) - sq
                 sz = dahl_state(z_old, sd - d_old, p[HYS_D])
-                tau = spring_torque(p, sd, interpolated(r0, r1, r2, where) - sv, sz)
+                sy = relaxed(p, y_old, sd - d_old, share)
+                tau = spring_torque(p, sd, interpolated(r0, r1, r2, where) - sv, sz, sy)
                 kq = sv
                 push = free_torque(p, sq - q_start, sv, sq2 - sq, sv2 - sv, tau, time, load, slope)
                 dry = dry_friction(p, sv, tau, time)
@@ -227,11 +241,13 @@ def link_step(
                 reached = v_old / (v_old - v)  # the velocity changes sign here: step again, up to there
                 continue
             break
-        z = dahl_state(z_old, interpolated(b0, b1, b2, x0 + span * reached) - q - d_old, p[HYS_D])
+        bent = interpolated(b0, b1, b2, x0 + span * reached) - q - d_old
+        z = dahl_state(z_old, bent, p[HYS_D])
+        y = relaxed(p, y_old, bent, span * reached * step)
         if reached < 1.0 or (v_old == 0.0 and v * sign < 0.0 and not soft):
             v = 0.0
         start = x0 + span * reached
-    return q, v, q2, v2, z
+    return q, v, q2, v2, z, y
 
 
 @compiled
@@ -245,16 +261,16 @@ def simulated_link(
     """
     n = torque.size
     q, v = first_state(p, base[0], base_rate[0])
-    q2, v2, z = q, v, 0.0
+    q2, v2, z, y = q, v, 0.0, 0.0
     bound = RUNAWAY * (10.0 + abs(q))
     for k in range(n):
-        torque[k] = spring_torque(p, base[2 * k] - q, base_rate[2 * k] - v, z)
+        torque[k] = spring_torque(p, base[2 * k] - q, base_rate[2 * k] - v, z, y)
         position[k], velocity[k] = q, v
         if k == n - 1:
             break
-        q, v, q2, v2, z = link_step(
-            p, q, v, q2, v2, z, base[2 * k], base[2 * k + 1], base[2 * k + 2], base_rate[2 * k], base_rate[2 * k + 1],
-            base_rate[2 * k + 2], step, k * step, 0.0,
+        q, v, q2, v2, z, y = link_step(
+            p, q, v, q2, v2, z, y, base[2 * k], base[2 * k + 1], base[2 * k + 2], base_rate[2 * k],
+            base_rate[2 * k + 1], base_rate[2 * k + 2], step, k * step, 0.0,
         )  # fmt: skip
         if not abs(q) < bound:
             for j in range(k + 1, n):

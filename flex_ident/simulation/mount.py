@@ -60,11 +60,11 @@ def simulated_link_on_mount(
     """As `simulated_link`; fills `swing` (n,), the acceleration of the base, rad/s^2, as well."""
     n = torque.size
     q, v = first_state(p, base[0], base_rate[0])
-    q2, v2, z = q, v, 0.0
+    q2, v2, z, y = q, v, 0.0, 0.0
     bound = RUNAWAY * (10.0 + abs(q))
     angle = -gravity(p, q)[0] / p[KB] if p[KB] > 0.0 else 0.0
     rate, last = 0.0, 2 * (n - 1)
-    tau = spring_torque(p, base[0] - q, base_rate[0] - v, z)
+    tau = spring_torque(p, base[0] - q, base_rate[0] - v, z, y)
     motor = (base_rate[min(1, last)] - base_rate[0]) / (0.5 * step)
     before = now = base_acceleration(p, tau, v, gravity(p, q)[0], motor, angle, rate, 0.0)
     for k in range(n):
@@ -72,12 +72,12 @@ def simulated_link_on_mount(
         if k == n - 1:
             break
         middle = now + 0.5 * (now - before)
-        q, v, q2, v2, z = link_step(
-            p, q, v, q2, v2, z, base[2 * k], base[2 * k + 1], base[2 * k + 2], base_rate[2 * k], base_rate[2 * k + 1],
-            base_rate[2 * k + 2], step, k * step, p[JL] * middle,
+        q, v, q2, v2, z, y = link_step(
+            p, q, v, q2, v2, z, y, base[2 * k], base[2 * k + 1], base[2 * k + 2], base_rate[2 * k],
+            base_rate[2 * k + 1], base_rate[2 * k + 2], step, k * step, p[JL] * middle,
         )  # fmt: skip
         j = 2 * k + 2
-        tau = spring_torque(p, base[j] - q, base_rate[j] - v, z)
+        tau = spring_torque(p, base[j] - q, base_rate[j] - v, z, y)
         right = min(j + 1, last)
         motor = (base_rate[right] - base_rate[j - 1]) / (0.5 * step * (right - j + 1))
         angle += step * (rate + 0.5 * step * now)

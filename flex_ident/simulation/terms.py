@@ -172,6 +172,9 @@ class Term(IntEnum):
     """Share of the stiffness that is missing at no torque."""
     SOFT_ZONE_DEFLECTION = "spring", False, "SOFT_ZONE_SHARE"
     """Deflection, rad, up to which it is."""
+    # a part of the spring that relaxes
+    RELAXING_STIFFNESS = "spring", True
+    RELAXATION_TIME = "spring", False, "RELAXING_STIFFNESS"
     # the motor's encoder errs with its own angle: harmonics
     MOTOR_ENCODER_ERROR = "both", False
     """What the motor's encoder reads too far, rad: motor and link move otherwise than it says."""
@@ -180,6 +183,12 @@ class Term(IntEnum):
     MOTOR_ENCODER_ERROR_2 = "both", False
     MOTOR_ENCODER_CYCLES_2 = "both", False, "MOTOR_ENCODER_ERROR_2"
     MOTOR_ENCODER_PHASE_2 = "both", False, "MOTOR_ENCODER_ERROR_2"
+    LINK_ENCODER_ERROR = "measurement", False
+    LINK_ENCODER_CYCLES = "measurement", False, "LINK_ENCODER_ERROR"
+    LINK_ENCODER_PHASE = "measurement", False, "LINK_ENCODER_ERROR"
+    LINK_ENCODER_ERROR_2 = "measurement", False
+    LINK_ENCODER_CYCLES_2 = "measurement", False, "LINK_ENCODER_ERROR_2"
+    LINK_ENCODER_PHASE_2 = "measurement", False, "LINK_ENCODER_ERROR_2"
     # laws as tables: how many points there are, where they lie, and the torque at each
     _ignore_ = "_law _side _n"
     for _law, _side in (("FRICTION", "motor"), ("ANGLE", "motor"), ("SPRING", "spring")):
@@ -209,11 +218,11 @@ RIPPLES, KINEMATIC_ERRORS, FRICTION_WAVES = (
     )
 )  # fmt: skip
 """Amplitude, cycles a turn and phase of each harmonic of the ripple, the transmission error and the dry friction."""
-MOTOR_ENCODER_ERRORS = tuple(
-    (Term[f"MOTOR_ENCODER_ERROR{n}"], Term[f"MOTOR_ENCODER_CYCLES{n}"], Term[f"MOTOR_ENCODER_PHASE{n}"])
-    for n in HARMONICS[:2]
+MOTOR_ENCODER_ERRORS, LINK_ENCODER_ERRORS = (
+    tuple((Term[f"{side}_ERROR{n}"], Term[f"{side}_CYCLES{n}"], Term[f"{side}_PHASE{n}"]) for n in HARMONICS[:2])
+    for side in ("MOTOR_ENCODER", "LINK_ENCODER")
 )
-"""The same of what the motor's encoder reads too far."""
+"""The same of what each encoder reads too far."""
 
 MOST_POINTS = 24
 """Of a law that is a table."""

@@ -115,8 +115,11 @@ class P(IntEnum):
     EFFORT_LAG = 238
     SOFT_SHARE = 239
     SOFT_DEFLECTION = 240
-    MOTOR_ENCODER = 241
+    RELAXING = 241
+    RELAXATION = 242
+    MOTOR_ENCODER = 243
     """Amplitude, cycles a turn and phase of the first harmonic of what the encoder reads too far; the others follow."""
+    LINK_ENCODER = 258
 
 
 BASE = {
@@ -148,6 +151,8 @@ EFFECTS: dict[str, int] = {
     "cable_torque.sine": P.CABLE_SINE,
     "nonlinear_stiffness.cubic": P.CUBIC,
     "backlash.gap": P.PLAY,
+    "viscoelastic_spring.stiffness": P.RELAXING,
+    "viscoelastic_spring.time": P.RELAXATION,
     "soft_zone.share": P.SOFT_SHARE,
     "soft_zone.deflection": P.SOFT_DEFLECTION,
     "hysteresis.torque": P.DAHL_TORQUE,
@@ -181,9 +186,11 @@ for _effect, _names in PERIODIC.items():
     for _n in HARMONIC_SUFFIXES:
         for _key, _name in zip(("amplitude", "cycles_per_turn", "phase"), _names, strict=True):
             EFFECTS[key_text(_effect, _key + _n)] = P[f"{_name}{_n}"]
-for _harmonic, _n in enumerate(("", "_2")):
-    for _place, _key in enumerate(("amplitude", "cycles_per_turn", "phase")):
-        EFFECTS[key_text("motor_encoder_error", _key + _n)] = int(P.MOTOR_ENCODER) + 3 * _harmonic + _place
+ENCODERS = {"motor_encoder_error": int(P.MOTOR_ENCODER), "link_encoder_error": int(P.LINK_ENCODER)}
+for _effect, _first in ENCODERS.items():
+    for _harmonic, _n in enumerate(("", "_2")):
+        for _place, _key in enumerate(("amplitude", "cycles_per_turn", "phase")):
+            EFFECTS[key_text(_effect, _key + _n)] = _first + 3 * _harmonic + _place
 TABLES = {
     "motor_friction_curve": ("speed", int(P.FRICTION_TABLE)),
     "motor_angle_curve": ("angle", int(P.ANGLE_TABLE)),
@@ -191,7 +198,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.MOTOR_ENCODER) + 3 * len(HARMONIC_SUFFIXES)
+SIZE = int(P.LINK_ENCODER) + 3 * len(HARMONIC_SUFFIXES)
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

@@ -35,17 +35,18 @@ CABLE, PULL = int(P.CABLE_STIFFNESS), int(P.CABLE_TORQUE)
 CABLE_C, CABLE_S = int(P.CABLE_COSINE), int(P.CABLE_SINE)
 WAVE = int(P.FRICTION_WAVE)
 ZONE, ZONE_D = int(P.SOFT_SHARE), int(P.SOFT_DEFLECTION)
-MOTOR_READ = int(P.MOTOR_ENCODER)
+MOTOR_READ, LINK_READ = int(P.MOTOR_ENCODER), int(P.LINK_ENCODER)
+RELAX, RELAX_T = int(P.RELAXING), int(P.RELAXATION)
 IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
-STATE = 19
+STATE = 20
 """Motor, link and second mass, position and velocity each; Dahl state, deflection; the drive's integral, smoothed
 command and its rate; time; the command before and the one before that; torque of the motor's bristles; the base's
-angle, rate and acceleration; torque behind the driver's low-pass."""
+angle, rate and acceleration; torque behind the driver's low-pass; deflection of the spring's part that relaxes."""
 INTEGRAL, SMOOTH, SMOOTH_RATE, TIME, BEFORE, EARLIER, BENT = 8, 9, 10, 11, 12, 13, 14
-BASE, BASE_RATE, BASE_ACCELERATION, SLOW = 15, 16, 17, 18
+BASE, BASE_RATE, BASE_ACCELERATION, SLOW, PART = 15, 16, 17, 18, 19
 ROW = 5
 """What a cycle of the drive leaves: motor position and velocity as read, link position and velocity, torque."""
 POSITION, VELOCITY, EFFORT = 0, 1, 2
@@ -218,8 +219,11 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
         gear = ratio_of(p, GEAR, a)
         d = deflection(p, a, b)
         state[6] = dahl_state(p, state[6], d - state[7])
+        if p[RELAX] > 0.0:
+            lost = 0.5 * h / p[RELAX_T]
+            state[PART] = ((1.0 - lost) * state[PART] + d - state[7]) / (1.0 + lost)
         state[7] = d
-        load = elastic_torque(p, d, state[6]) + p[DAMP] * (gear * va - vb)
+        load = p[RELAX] * state[PART] + elastic_torque(p, d, state[6]) + p[DAMP] * (gear * va - vb)
         push -= gear * load
     else:
         load = weight(p, a)
@@ -332,7 +336,8 @@ def sampled(
             asked = before + 0.5 * ((1.0 - s) ** 2 * (earlier - before) + s * s * (command - before))
         rows[i, 0] = state[0] + periodic(p, MOTOR_READ, state[0])
         rows[i, 1] = state[1] * ratio_of(p, MOTOR_READ, state[0])
-        rows[i, 2], rows[i, 3] = state[2], state[3]
+        rows[i, 2] = state[2] + periodic(p, LINK_READ, state[2])
+        rows[i, 3] = state[3] * ratio_of(p, LINK_READ, state[2])
         torque = drive_torque(gains, kind, state, rows[i, 0], rows[i, 1], asked, cycle)
         rows[i, 4] = read_torque(p, state, torque, cycle)
         delivered = torque

@@ -12,7 +12,7 @@ from flex_ident.estimation.identification import base_start, identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap import GapOptions, explain
 from flex_ident.gap.base import fitted_base
-from flex_ident.gap.final import gap_of
+from flex_ident.gap.sizes import gap_size
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
@@ -73,7 +73,7 @@ def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
     assert left.floor == pytest.approx(estimate.left.floor, rel=1e-9)
     assert left.evidence == estimate.left.evidence
     held = validation_blocks(problem)  # the gap is of the samples that its noise is of: not where the motor sticks
-    assert gap_of(problem, base.values, held) == pytest.approx(remainder(solver, base, held).gap, rel=1e-9)
+    assert gap_size(problem, base.values, held).torque == pytest.approx(remainder(solver, base, held).gap, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Springs that are softer at small torque: named and measured; the truth is the virtual joint, not ours."""
+"""Springs that are softer at small torque, or relax: named and measured; the truth is the virtual joint, not ours."""
 
 import pytest
 
@@ -9,6 +9,7 @@ EXPERIMENT = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich")
 CHAIN = MeasurementChain.with_bits(17, 20)
 SPRINGS = {
     "soft_zone": {"share": 0.4, "deflection": 5e-4},
+    "viscoelastic_spring": {"stiffness": 1500.0, "time": 0.02},
 }
 
 

@@ -25,6 +25,11 @@ EFFECTS: dict[str, dict[str, float]] = {
         "amplitude": 2e-4, "cycles_per_turn": 80.0, "phase": 0.4,
         "amplitude_2": 1e-4, "cycles_per_turn_2": 160.0, "phase_2": 1.0,
     },
+    "link_encoder_error": {
+        "amplitude": 3e-4, "cycles_per_turn": 1.0, "phase": 0.9,
+        "amplitude_2": 2e-4, "cycles_per_turn_2": 2.0, "phase_2": 0.2,
+    },
+    "viscoelastic_spring": {"stiffness": 1500.0, "time": 0.02},
     "soft_zone": {"share": 0.4, "deflection": 8e-4},
     "hysteresis": {"torque": 2.0, "deflection": 1e-3},
     "joint_damping": {"damping": 4.0},

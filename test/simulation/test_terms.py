@@ -23,6 +23,7 @@ from flex_ident.simulation.terms import (
     ANGLE_CURVE,
     FRICTION_CURVE,
     HARMONICS,
+    LINK_ENCODER_ERRORS,
     MEASUREMENT_TERMS,
     MOST_POINTS,
     MOTOR_ENCODER_ERRORS,
@@ -49,6 +50,7 @@ SIZES: dict[Term, float] = {
     Term.BRISTLE_DEFLECTION: 5e-4, Term.BRISTLE_STRIBECK: 1.0, Term.BRISTLE_STRIBECK_VELOCITY: 0.05,
     Term.SOFT_FRICTION: 0.1, Term.SOFT_FRICTION_TIME: 0.01,
     Term.MOUNT_INERTIA: 30.0, Term.MOUNT_STIFFNESS: 4e5, Term.MOUNT_DAMPING: 100.0,
+    Term.RELAXING_STIFFNESS: 1500.0, Term.RELAXATION_TIME: 0.02,
     Term.SOFT_ZONE_SHARE: 0.4, Term.SOFT_ZONE_DEFLECTION: 1e-3,
     Term.REVERSAL_LEAD: 2e-3, Term.EFFORT_LAG: 1e-3, Term.GRAVITY_REMOVED: 1.0,
 }  # fmt: skip
@@ -57,7 +59,7 @@ for _n in HARMONICS[1:]:
                         ("KINEMATIC_CYCLES", 50.0), ("KINEMATIC_PHASE", 0.2), ("FRICTION_WAVE", 0.4),
                         ("FRICTION_WAVE_CYCLES", 30.0), ("FRICTION_WAVE_PHASE", 0.9)):  # fmt: skip
         SIZES[Term[f"{_one}{_n}"]] = _size
-for _size, _cycles, _phase in MOTOR_ENCODER_ERRORS:
+for _size, _cycles, _phase in (*MOTOR_ENCODER_ERRORS, *LINK_ENCODER_ERRORS):
     SIZES[_size], SIZES[_cycles], SIZES[_phase] = 1e-4, 70.0, 0.6
 TABLES = {FRICTION_CURVE: 0.4, ANGLE_CURVE: 0.01, SPRING_CURVE: 1.5e-3}
 """Every law that is a table, and how far apart its points are."""

@@ -134,6 +134,15 @@ def test_backlash_is_a_dead_band() -> None:
     assert np.max(np.abs(torque - 1e4 * engaged)) < 0.02 * np.max(torque)
 
 
+def test_a_part_that_relaxes_stiffens_the_spring_for_a_while() -> None:
+    model = CLAMPED.with_effect("viscoelastic_spring", {"stiffness": 4e3, "time": 0.2})
+    reference = np.where(np.arange(4000) < 1000, 0.0, 0.01)
+    motion = virtual_motion(model, drive=stiff(model), reference=reference)
+    before, after = motion.torque[1150:1160].mean(), motion.torque[3900:].mean()
+    assert after == pytest.approx(100.0, rel=0.01)
+    assert before - after == pytest.approx(40.0 * np.exp(-0.155 / 0.2), rel=0.15)
+
+
 def test_a_soft_zone_leaves_less_of_the_stiffness_at_small_torque() -> None:
     d, torque = slowly(CLAMPED.with_effect("soft_zone", {"share": 0.5, "deflection": 0.002}), 0.01)
     assert np.max(np.abs(torque - 1e4 * (d - 0.5 * d / np.sqrt(1.0 + (d / 0.002) ** 2)))) < 0.02 * np.max(torque)
