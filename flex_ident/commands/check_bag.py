@@ -17,6 +17,7 @@ from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import identify, refuse_unusable
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.filtering.design import filter_design
+from flex_ident.filtering.motion_kind import with_motion_told
 from flex_ident.notices import Code, Notice
 from flex_ident.notices.codes import NOT_SI
 from flex_ident.recording import Recording, Sampling, extent_text, more_needed
@@ -29,6 +30,8 @@ LEAST_S = 2.0
 """Length of motion, s, below which there is nothing to fit."""
 HIGHEST_MODE = 0.1
 """Frequency of a mode over the sampling rate up to which its resonance is seen well."""
+ONE_OF_MANY = (Code.SINGLE_TONE, Code.CONSTANT_SPEED)
+"""Motions that leave most of a joint open."""
 MUCH_PERCENT = 5.0
 """Share of messages, lost or dropped, that is worth a word."""
 
@@ -54,7 +57,7 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
         parts.append(f"cannot be identified: {errors[-1]}")
     for joint in joints:
         try:
-            recording = read_recording(path, replace(selection, joint=joint))
+            recording = with_motion_told(read_recording(path, replace(selection, joint=joint)))
             parts.append(_recording_text(recording))
             obstacle = _obstacle(recording)
             if obstacle is not None:
@@ -225,7 +228,9 @@ def _doubts(recording: Recording) -> list[str]:
         found.append("part of the bag is lost, by the warning below")
     if any(notice.code in NOT_SI for notice in recording.notices):
         found.append("not in SI units, by the warning below: no result will be trusted")
-    if any(notice.severity != "info" and notice.code not in NOT_SI for notice in recording.notices):
+    if any(notice.code in ONE_OF_MANY for notice in recording.notices):
+        found.append("one frequency or one speed only, by the warning below: no result will be trusted")
+    if any(n.severity != "info" and n.code not in (*NOT_SI, *ONE_OF_MANY) for n in recording.notices):
         found.append("repaired where that can leave a mark, by the warning below: no result will be trusted")
     return found
 

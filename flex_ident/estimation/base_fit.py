@@ -8,6 +8,7 @@ again with all nuisances where they start; where that ends lower, the fit goes o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -46,6 +47,8 @@ STATE_STEP, STATE_ITERATIONS = 1e-4, 10
 NOT_PUT_BACK = ("torque_delay", "link_zero", "initial_deflection", "initial_velocity")
 """Nuisances that are not put back: any model finds them, and none does without."""
 AGAIN_ROUNDS, AGAIN_ITERATIONS, AGAIN_TOLERANCE = 2, 8, 1e-3
+AS_LIKELY = 1.0
+"""Log-likelihood by which two ends of a fit may differ and count as alike: 1.4 standard deviations of one key."""
 
 
 def base_fit(
@@ -119,16 +122,22 @@ def refined(
 
 
 def tried_again(solver: SteadyFit, fit: Fit) -> tuple[SteadyFit, Fit]:
-    """The fit, or the one that is found with all nuisances where they start, if its likelihood is clearly higher."""
+    """The fit, or the one that is found with all nuisances where they start, if its likelihood is clearly higher.
+
+    One that is as likely is kept beside the fit, as its `rival`.
+    """
     try:
-        again = with_nuisances_anew(solver, fit)
-        if again is None:
-            return solver, fit
+        again, led = _anew(solver, fit)
+        if led < WORTH_TRYING:
+            return solver, replace(fit, rival=again) if abs(led) < AS_LIKELY else fit
         keys = [k for k in fit.free if k not in solver.priors]
         own, found = refined(solver.problem, keys, again, solver.priors)
     except ExcitationError:
         return solver, fit
-    return (own, found) if clearly_lower(solver, found, fit) else (solver, fit)
+    if clearly_lower(solver, found, fit):
+        return own, found
+    led = _cost(solver, fit.values, fit.whitenings) - _cost(solver, found.values, fit.whitenings)
+    return solver, replace(fit, rival=found.values) if abs(led) < AS_LIKELY else fit
 
 
 def with_nuisances_anew(solver: SteadyFit, fit: Fit) -> Values | None:
@@ -136,14 +145,20 @@ def with_nuisances_anew(solver: SteadyFit, fit: Fit) -> Values | None:
 
     Raises ExcitationError.
     """
+    again, led = _anew(solver, fit)
+    return again if led >= WORTH_TRYING else None
+
+
+def _anew(solver: SteadyFit, fit: Fit) -> tuple[Values, float]:
+    """Where a few steps lead with all nuisances put back to where they start, and by how much log-likelihood that is
+    ahead of the fit. Raises ExcitationError."""
     again = fit.values | {k: p.start for k, p in solver.priors.items() if k in fit.free and k not in NOT_PUT_BACK}
     for _ in range(AGAIN_ROUNDS):
         weights = solver.whitenings(again)
         again = solver.solve(
             fit.free, again, weights, iterations=AGAIN_ITERATIONS, tolerance=AGAIN_TOLERANCE, rough=True
         ).values
-    worse = _cost(solver, again, weights) > _cost(solver, fit.values, weights) - WORTH_TRYING
-    return None if worse else again
+    return again, _cost(solver, fit.values, weights) - _cost(solver, again, weights)
 
 
 def clearly_lower(solver: SteadyFit, found: Fit, fit: Fit) -> bool:

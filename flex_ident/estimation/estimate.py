@@ -17,6 +17,7 @@ from flex_ident.estimation.far_mode import unseen_shift
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
 from flex_ident.estimation.link_calibration import calibration_shift
+from flex_ident.estimation.other_end import OtherEnd, other_end
 from flex_ident.estimation.strain import material, strained_factor
 from flex_ident.estimation.thresholds import (
     BAND_IN_MODES,
@@ -74,6 +75,8 @@ class Estimate:
     """What the motion of other joints explains of what is left; None where none moved."""
     unseen: Mapping[str, float] = field(default_factory=dict)
     """Standard deviation of a key for effects that may be there unseen (`unseen_effects`)."""
+    other: OtherEnd | None = None
+    """Where another start ended that is as likely; None where there is none."""
     kind: KindFit | None = None
     """Which kind of effort the fit is of, where that was asked."""
 
@@ -223,7 +226,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
         joined = joined.beside(unseen_shift(solver, fit))
     joined = joined.beside(spring_shift(solver, fit)).beside(rounding_bias(solver, fit))
-    joined = joined.beside(calibration_shift(plain))
+    other = other_end(fit, plain)
+    joined = joined.beside(calibration_shift(plain)).beside(None if other is None else other.shift)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.
@@ -236,5 +240,5 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     coupling = coupling_of(solver, fit)
     unseen = unseen_stds(solver, fit)
     return Estimate(
-        problem, solver, fit, joined, validation, trained.values, left, found, plain, matter, coupling, unseen
+        problem, solver, fit, joined, validation, trained.values, left, found, plain, matter, coupling, unseen, other
     )

@@ -86,4 +86,5 @@ def evidence_of(
         if coupling is None or not coupling.seen
         else OtherJoints(coupling.joints, coupling.share, coupling.chance),
         strained=estimate.strained,
+        other_end=None if estimate.other is None else (estimate.other.key, estimate.other.here, estimate.other.there),
     )

@@ -31,6 +31,7 @@ from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_
 from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.estimation.unseen_effects import gravity_notice
 from flex_ident.filtering import first_mode
+from flex_ident.filtering.motion_kind import with_motion_told
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.priorities import LOADED
 from flex_ident.judgement.rules import FIT_RULES, judged
@@ -106,6 +107,7 @@ def identify(
     where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
     """
     options = options or IdentifyOptions()
+    recording = with_motion_told(recording)
     told, kind = as_told(recording, kind_beside_current(recording, options.effort_kind))
     result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
     codes = {notice.code for notice in result.notices}

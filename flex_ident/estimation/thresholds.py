@@ -49,6 +49,9 @@ LOWER, WORTH_TRYING = 5.0, 20.0
 """Log-likelihood by which a fit from another start must be higher: ten in chi-square, what a finding needs as well; and
 by which a few steps from there must lead, under their own weights, to be worth a whole fit. The one recording that
 set the second had 4700."""
+APART = 3.0
+"""Standard deviations of Jm, K or JL by which two ends of a fit that are as likely must differ to be two: in one valley
+they differ by 1.4 at most."""
 CREEPING = 10.0
 """Speed, over that at which dry friction turns over, up to which the motor is held: set on recording 136 of seed 131
 and 35 of seed 161 of `bench/coverage.py`, whose K and FV were further off with 5."""

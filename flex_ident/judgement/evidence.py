@@ -73,3 +73,5 @@ class FitEvidence(Evidence):
     causes: tuple[Cause, ...] = ()
     other_joints: OtherJoints | None = None
     strained: tuple[str, ...] = ()
+    other_end: tuple[str, float, float] | None = None
+    """A key, its value, and that at the end of a fit from another start that is as likely and far off."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from flex_ident.notices import Code
 
 SIGNALS_FIRST = (
-    Code.JOINT_STILL, Code.EFFORT_UNSIGNED, Code.EFFORT_REVERSED, Code.EFFORT_NOT_SI, Code.POSITION_NOT_SI,
+    Code.EFFORT_REVERSED, Code.EFFORT_NOT_SI, Code.POSITION_NOT_SI,
 )  # fmt: skip
 """Codes that say that a signal is not what it was taken for: all else follows from it."""
 DOUBTS = (
-    Code.OTHER_JOINTS_EXPLAIN, Code.NO_MODE_IN_BAND, Code.MODE_OUTSIDE_BAND, Code.SINGLE_TONE, Code.CONSTANT_SPEED,
-    Code.STICKING, Code.EFFORT_KIND_UNCLEAR, Code.LOW_EXCITATION, Code.LOW_SAMPLING_RATE, Code.SAMPLED_SLOWLY,
+    Code.OTHER_JOINTS_EXPLAIN, Code.MODE_OUTSIDE_BAND, Code.SINGLE_TONE, Code.CONSTANT_SPEED,
+    Code.EFFORT_KIND_UNCLEAR, Code.LOW_EXCITATION, Code.LOW_SAMPLING_RATE, Code.SAMPLED_SLOWLY,
     Code.SIMPLIFIED_MODEL, Code.X5_INCONSISTENT, Code.STARTS_DISAGREE,
     Code.EFFORT_FROZEN, Code.HELD_SAMPLES, Code.POSITION_REZEROED, Code.TORQUE_DELAY, Code.LINK_SKEW,
     Code.VALIDATION_GAP, Code.MODEL_MISMATCH, Code.CAUSE_SUSPECTED, Code.STRUCTURED_RESIDUAL, Code.STRUCTURED_LINK,
@@ -21,7 +21,7 @@ DOUBTS = (
 """Codes for which a result is doubtful, the most telling first."""
 
 REFUSALS = (
-    Code.NEGATIVE_FRICTION, Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL, Code.SCATTER_TOO_LARGE,
+    Code.RIGID_AS_WELL, Code.BASE_NOT_DETERMINED, Code.NOT_PHYSICAL, Code.SCATTER_TOO_LARGE,
 )  # fmt: skip
 """Codes for which a result is rejected, where nothing else stands out."""
 EXPERIMENTS: dict[str, str] = {

@@ -199,6 +199,12 @@ def _strained(evidence: FitEvidence) -> Iterator[Notice]:
         yield Notice(Code.CHAIN_AT_ITS_END, key, {"value": value})
 
 
+def _apart(evidence: FitEvidence) -> Iterator[Notice]:
+    if evidence.other_end is not None:
+        key, *ends = evidence.other_end
+        yield Notice(Code.STARTS_DISAGREE, key, {"lowest": min(ends), "highest": max(ends)})
+
+
 def _opposed(evidence: LinearEvidence) -> Iterator[Notice]:
     if evidence.opposed:
         yield Notice(Code.EFFORT_REVERSED, "motor_torque")
@@ -247,6 +253,7 @@ FIT_RULES: tuple[Rule[FitEvidence], ...] = (
     Rule(Code.OTHER_JOINTS_EXPLAIN, "doubtful", _other_joints),
     Rule(Code.CAUSE_SUSPECTED, "doubtful", _cause),
     Rule(Code.CHAIN_AT_ITS_END, "doubtful", _strained),
+    Rule(Code.STARTS_DISAGREE, "doubtful", _apart),
     Rule(Code.TORQUE_DELAY, "doubtful", _late),
     Rule(Code.EFFORT_LAG, "trusted", _lagging),
     Rule(Code.CLOCK_DRIFT, "trusted", _drifting),

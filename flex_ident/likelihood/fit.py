@@ -45,6 +45,8 @@ class Fit:
     """Half the sum of squares of the whitened residual."""
     converged: bool = True
     """Whether the search for it ended by itself."""
+    rival: Values | None = None
+    """Where another start led that is as likely; None where none did."""
 
 
 def key_scale(problem: FitProblem, key: str, value: float) -> float:

@@ -212,11 +212,6 @@ class Code(StrEnum):
         "little here: it was taken as the motor's torque, and the intervals reach as far as the other would move them.",
         "Say --effort-kind motor or --effort-kind gravity_compensated, and the intervals become narrower.",
     )  # fmt: skip
-    EFFORT_UNSIGNED = (
-        "effort_unsigned", "reject",
-        "The effort never changes sign: it is an absolute value.",
-        "Record the effort with its sign, or name the signal that has it with --effort.",
-    )  # fmt: skip
     EFFORT_LAG = (
         "effort_lag", "info",
         "The effort is low-passed on its way to the recording; corrected for.",
@@ -250,11 +245,6 @@ class Code(StrEnum):
     )  # fmt: skip
 
     # The motion.
-    JOINT_STILL = (
-        "joint_still", "reject",
-        "The joint is held: what it moves is noise.",
-        "Record while this joint follows a chirp, or name another one with --joint.",
-    )  # fmt: skip
     OTHER_JOINTS_MOVE = (
         "other_joints_move", "info",
         "Other joints move in the recording: their motion may load this one, which the model does not know.",
@@ -272,18 +262,8 @@ class Code(StrEnum):
     )  # fmt: skip
     SINGLE_TONE = (
         "single_tone", "doubt",
-        "The motion holds one frequency: inertia and stiffness act alike there.",
+        "The motion holds one frequency: inertia, spring and gravity act alike there.",
         "Sweep the frequency (chirp.start_frequency_hz, chirp.end_frequency_hz), across the first mode.",
-    )  # fmt: skip
-    STICKING = (
-        "sticking", "doubt",
-        "The joint sticks for much of the time: dry friction holds it, and the torque says little of the rest.",
-        "Move with a larger amplitude, or faster.",
-    )  # fmt: skip
-    NO_MODE_IN_BAND = (
-        "no_mode_in_band", "doubt",
-        "No resonance lies in the band that the motion excites: the joint is rigid as far as this recording tells.",
-        "Sweep to higher frequencies or read a link encoder for the spring; else --rigid is the model that holds.",
     )  # fmt: skip
     MODE_OUTSIDE_BAND = (
         "mode_outside_band", "doubt",
@@ -314,11 +294,6 @@ class Code(StrEnum):
         "The recording does not determine this parameter; rejects where it is an inertia or the stiffness.",
         "Record the experiment that the sentence names: a wider sweep, a larger range, a payload or a link encoder.",
     )  # fmt: skip
-    BELOW_UNEXPLAINED = (
-        "below_unexplained", "info",
-        "The parameter's share of the torque is smaller than what is left unexplained: it is not identifiable.",
-        "Find what is missing first (explain_gap), or move so that this parameter bears more of the torque.",
-    )  # fmt: skip
     LOW_EXCITATION = (
         "low_excitation", "doubt",
         "An inertia or the stiffness is known poorly.",
@@ -333,12 +308,6 @@ class Code(StrEnum):
         "not_physical", "reject",
         "The fit has a negative inertia or stiffness: the model does not hold for this recording.",
         "Check sign and scale of the effort (--effort-scale), and that the signals are this joint's.",
-    )  # fmt: skip
-    NEGATIVE_FRICTION = (
-        "negative_friction", "reject",
-        "A friction coefficient comes out negative for certain: torque and motion do not belong together as they are.",
-        "Check the time stamps of effort and position (a delay feeds energy in), sign and scale of the effort, and "
-        "whether friction was compensated.",
     )  # fmt: skip
     CUTOFF_DEPENDENT = (
         "cutoff_dependent", "info",

@@ -238,14 +238,12 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the recording does not tell whether the effort holds gravity or is less what the controller adds; the "
         "intervals hold both. With --effort-kind motor or --effort-kind gravity_compensated they become narrower."
     ),
-    Code.EFFORT_UNSIGNED: "the effort never changes sign: it is an absolute value. Record it with its sign.",
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
     Code.CHAIN_AT_ITS_END: chain_at_its_end,
     Code.TORQUE_DELAY: late("torque"),
     Code.LINK_SKEW: late("link position"),
     Code.TORQUE_DELAY_BELOW_A_SAMPLE: below_a_sample("torque"),
     Code.LINK_SKEW_BELOW_A_SAMPLE: below_a_sample("link position"),
-    Code.JOINT_STILL: "joint {subject} is held: it moves {moved:.2g} only. Record while it follows a chirp.",
     Code.OTHER_JOINTS_MOVE: other_joints,
     Code.OTHER_JOINTS_EXPLAIN: (
         "the motion of other joints ({joints}) explains {share_percent:.0f} % of what the model leaves, by energy, "
@@ -256,15 +254,8 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the joint moves at one speed: viscous and Coulomb friction cannot be told apart. Record a chirp."
     ),
     Code.SINGLE_TONE: (
-        "the motion holds {frequency_hz:.3g} Hz and little else: inertia and stiffness act alike there. Sweep the "
-        "frequency across the first mode."
-    ),
-    Code.STICKING: (
-        "the joint sticks for {percent:.0f} % of the time, held by dry friction: move with a larger amplitude."
-    ),
-    Code.NO_MODE_IN_BAND: (
-        "no resonance lies in the excited band, up to {band_hz:.3g} Hz: sweep to higher frequencies for the spring, or "
-        "use --rigid."
+        "the motion holds {frequency_hz:.3g} Hz and little else: inertia, spring and gravity act alike there. Sweep "
+        "the frequency across the first mode."
     ),
     Code.MODE_OUTSIDE_BAND: {
         "": (
@@ -288,20 +279,12 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "linear": "only a combination of {subject} is determined: record a wider sweep.",
     },
     Code.NOT_IDENTIFIABLE: not_identifiable,
-    Code.BELOW_UNEXPLAINED: (
-        "{subject} bears {share_percent:.2g} % of the torque, and {left_percent:.2g} % of it are unexplained: it is "
-        "not identifiable before that is found."
-    ),
     Code.LOW_EXCITATION: low_excitation,
     Code.STARTS_DISAGREE: (
         "fits from different starts end at {subject} from {lowest:.4g} to {highest:.4g} and fit alike: record a wider "
         "sweep or a larger amplitude."
     ),
     Code.NOT_PHYSICAL: "the fit has a negative inertia or stiffness: the model does not hold for this recording.",
-    Code.NEGATIVE_FRICTION: (
-        "{subject} comes out negative, {value:.3g} ± {two_std:.2g} {unit} (2σ): check the time stamps of effort and "
-        "position, and sign and scale of the effort."
-    ),
     Code.CUTOFF_DEPENDENT: (
         "{subject} depends on the filter: {there:.4g} at a cutoff of {cutoff_rad_s:.0f} rad/s, {here:.4g} at "
         "{used_rad_s:.0f} rad/s. Something in that band is not in the model: run explain_gap."

@@ -83,6 +83,7 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
     ),
     ("a link that does not follow", {"link": (3e-4, 2e-6)}, "doubtful", {"structured_link"}),
     ("other joints", {"other_joints": OtherJoints(("wrist",), 0.3, 1e-9)}, "doubtful", {"other_joints_explain"}),
+    ("two ends", {"other_end": ("K", 1.0e4, 1.2e4)}, "doubtful", {"starts_disagree"}),
     ("a chain at its end", {"strained": ("torque_averaging",)}, "doubtful", {"chain_at_its_end"}),
     (
         "unknown friction", {"parameters": (*SOUND.parameters, Parameter("FV", 1.0, 5.0, identifiable=False))},

@@ -24,6 +24,13 @@ BUILT = [
     if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Notice"
 ]
 """Every place that builds a notice."""
+WORDED = (ROOT / "notices" / "codes.py", ROOT / "report" / "sentences.py", ROOT / "judgement" / "priorities.py")
+DECIDED = {
+    node.attr
+    for path in ROOT.rglob("*.py") if path not in WORDED
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Attribute)
+}  # fmt: skip
+"""Every attribute that is named elsewhere, codes among them."""
 
 
 def test_the_places_that_build_notices_are_found() -> None:
@@ -36,6 +43,12 @@ def test_a_code_has_meaning_and_sentence_and_advice_where_it_doubts(code: Code) 
     assert code.meaning.endswith(".")
     assert code.advice.endswith(".") or (code.severity == "info" and not code.advice)
     assert code in SENTENCES
+
+
+@pytest.mark.parametrize("code", Code)
+def test_a_code_is_one_that_a_result_may_carry(code: Code) -> None:
+    """Not one that is documented and never said: it is named where something is decided, not where it is worded."""
+    assert code.name in DECIDED
 
 
 @pytest.mark.parametrize("code", [c for c in Code if c.severity != "info"])
