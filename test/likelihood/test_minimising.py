@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from flex_ident.likelihood.minimising import bounded_minimum
+from flex_ident.likelihood.minimising import _reduced, bounded_minimum
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -66,3 +66,13 @@ def test_one_jacobian_serves_several_steps() -> None:
     np.testing.assert_allclose(x, [10.0 * np.log(1.1)], atol=1e-5)
     assert converged
     assert len(made) <= 3
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(3, 5), (200, 22), (4194, 22), (1000, 150)])
+def test_the_triangle_of_blocks_is_that_of_the_whole(rows: int, columns: int) -> None:
+    rng = np.random.default_rng(0)
+    slope, rest = rng.standard_normal((rows, columns)), rng.standard_normal(rows)
+    triangle, target = _reduced(slope, rest)
+    assert triangle.shape == (min(rows, columns), columns)
+    np.testing.assert_allclose(triangle.T @ triangle, slope.T @ slope, atol=1e-10 * rows)
+    np.testing.assert_allclose(triangle.T @ target, -slope.T @ rest, atol=1e-10 * rows)
