@@ -59,6 +59,12 @@ def tracks(raw: Mapping[str, RawSignal], motor: Signal, origin: float) -> dict[s
     return {name: track for name, track in found.items() if ranges[name] > HELD * most}
 
 
+def poses(raw: Mapping[str, RawSignal]) -> dict[str, float]:
+    """Where joints were on average, rad or m, by name: those that moved and those that did not."""
+    good = {name: own.values[measurable(own.values)] for name, own in raw.items()}
+    return {name: float(np.mean(values)) for name, values in good.items() if values.size}
+
+
 def moved_notice(others: Mapping[str, Track]) -> Notice | None:
     """That other joints moved, how many, and which; None where none did."""
     if not others:

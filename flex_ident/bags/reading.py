@@ -11,7 +11,7 @@ import numpy as np
 from flex_ident.bags.encoders import refuse_opposite, repeats_motor, unwrapped
 from flex_ident.bags.finding import SignalFinder, SignalPlaces
 from flex_ident.bags.motions import JointMotion, joint_motions
-from flex_ident.bags.other_joints import Track, moved_notice, other_places, tracks
+from flex_ident.bags.other_joints import Track, moved_notice, other_places, poses, tracks
 from flex_ident.bags.raw_signals import raw_signals
 from flex_ident.bags.selection import Place, SignalSelection
 from flex_ident.bags.storage import Bag
@@ -52,18 +52,19 @@ def read_recording(
 def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) -> Recording:
     with ThreadPoolExecutor(1) as pool:
         digest = pool.submit(bag.sha256)
-        joint, signals, notices, origin, others = _signals(bag, selection, progress)
+        joint, signals, notices, origin, others, held = _signals(bag, selection, progress)
     _check_signals(signals, joint, named=selection.effort is not None)
     return aligned_recording(
         signals, joint=joint, notices=notices, path=bag.name, sha256=digest.result(), start_time_s=origin,
-        others=others,
+        others=others, poses=held,
     )  # fmt: skip
 
 
 def _signals(
     bag: Bag, selection: SignalSelection, progress: Progress | None
-) -> tuple[str, list[Signal], list[Notice], float, dict[str, Track]]:
-    """The joint's name, its signals, what was done to them, their origin, s, and where other joints were that moved."""
+) -> tuple[str, list[Signal], list[Notice], float, dict[str, Track], dict[str, float]]:
+    """The joint's name, its signals, what was done to them, their origin, s, and where other joints were: those that
+    moved over time, and all of them on average."""
     finder = SignalFinder(bag, selection)
     candidates = finder.candidates()
     topics = dict.fromkeys(places.motor.topic for places in candidates)
@@ -103,7 +104,7 @@ def _signals(
         *_unit_notices(selection, chosen),
     ]
     collected = dict.fromkeys([*said, *([moved] if moved is not None else [])])
-    return chosen.joint, signals, list(collected), origin, others
+    return chosen.joint, signals, list(collected), origin, others, poses(near)
 
 
 def _by_role(places: SignalPlaces, found: dict[Place, RawSignal], selection: SignalSelection) -> dict[Role, RawSignal]:

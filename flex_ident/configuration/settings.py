@@ -88,6 +88,8 @@ IDENTIFY_SETTINGS: tuple[Setting, ...] = (
             "sign", lower=-1e6, upper=1e6, metavar="X"),
     Setting("effort_kind", "auto", "what the effort is: the motor's torque, that through the gear from a sensor, that "
             "less the gravity which the controller adds; auto finds out", choices=EFFORT_KINDS),
+    Setting("urdf", "", "the robot's URDF (xacro expanded, its root upright): which way gravity pulls on this joint, "
+            "and whether the effort holds it", metavar="FILE"),
     Setting("gear_ratio", 1.0, "motor turns per link turn, when the motor position is on the motor shaft",
             lower=-1e5, upper=1e5, metavar="N"),
     Setting("sensors", "auto", "which model: motor position alone, or motor and link position",

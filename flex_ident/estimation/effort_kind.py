@@ -46,9 +46,16 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
         return KindFit(MOTOR, solver, fit)
     try:
         found = _joint_sensor(problem, solver, fit) or _friction_compensated(problem, solver, fit)
+        if found is None and _holds_gravity(problem):
+            return KindFit(MOTOR, solver, fit)
         return found if found is not None else gravity_compensated(problem, solver, fit)
     except ExcitationError:  # the other kind's model runs away: it is not this one
         return KindFit(MOTOR, solver, fit)
+
+
+def _holds_gravity(problem: FitProblem) -> bool:
+    """Whether the weight that the robot's description gives was found in the effort."""
+    return any(n.code is Code.URDF_GRAVITY and n.case == "held" for n in problem.recording.notices)
 
 
 def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit | None:

@@ -21,6 +21,7 @@ from flex_ident.estimation.estimate import (
 from flex_ident.estimation.evidence import evidence_of
 from flex_ident.estimation.far_mode import rigid_link_notice
 from flex_ident.estimation.friction_curve import friction_curve
+from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.mode_seen import with_mode_judged
@@ -108,7 +109,10 @@ def identify(
     """
     options = options or IdentifyOptions()
     recording = with_motion_told(recording)
-    told, kind = as_told(recording, kind_beside_current(recording, options.effort_kind))
+    recording, asked = with_gravity_told(
+        recording, options.effort_kind, chosen_sensors(recording, options.sensors), rigid=options.rigid
+    )
+    told, kind = as_told(recording, kind_beside_current(recording, asked))
     result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
     codes = {notice.code for notice in result.notices}
     if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):

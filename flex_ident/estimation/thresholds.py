@@ -52,6 +52,9 @@ set the second had 4700."""
 APART = 3.0
 """Standard deviations of Jm, K or JL by which two ends of a fit that are as likely must differ to be two: in one valley
 they differ by 1.4 at most."""
+SHARE_KNOWN = 0.35
+"""How far from none or all of the described weight the effort's share may lie, and twice how well it must be known: the
+masses of a description are often off by a fifth."""
 CREEPING = 10.0
 """Speed, over that at which dry friction turns over, up to which the motor is held: set on recording 136 of seed 131
 and 35 of seed 161 of `bench/coverage.py`, whose K and FV were further off with 5."""

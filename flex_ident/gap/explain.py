@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
 from flex_ident.estimation.evidence import is_identifiable
+from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.kind_priors import as_told
 from flex_ident.filtering import first_mode
@@ -59,11 +60,12 @@ def explain(
     Raises ExcitationError, SignalError and ConfigurationError.
     """
     options = options or GapOptions()
-    recording, kind = as_told(with_motion_told(recording), options.effort_kind)
+    sensors = chosen_sensors(recording, options.sensors)
+    told = with_gravity_told(with_motion_told(recording), options.effort_kind, sensors, rigid=options.rigid)
+    recording, kind = as_told(*told)
     options = replace(options, effort_kind=kind)
     refuse_unusable(recording, options.effort_kind)
     report: Progress = progress or (lambda _share, _text: None)
-    sensors = chosen_sensors(recording, options.sensors)
     problem = fit_problem(
         recording, sensors=sensors, rigid=options.rigid, first_mode_hz=options.first_mode_hz, band_hz=options.band_hz
     )

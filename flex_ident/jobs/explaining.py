@@ -15,6 +15,7 @@ from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simu
 from flex_ident.gap.units import explanation_in_amperes, prismatic_explanation
 from flex_ident.jobs.options import gap_options, signal_selection
 from flex_ident.jobs.places import Folder, Place
+from flex_ident.jobs.robots import described, description_of
 from flex_ident.parameters.current import is_current
 from flex_ident.recording import Recording
 from flex_ident.report.answers import answer_content, answer_text
@@ -61,7 +62,9 @@ def finished_explanation(
     Raises FlexIdentError; before anything is computed where the folder cannot be written, if it is needed.
     """
     options, selection = gap_options(values), signal_selection(values)
+    description = description_of(values)
     recording = read_recording(bag, selection, progress=lambda x: progress("reading", x))
+    recording = described(recording, description)
     read(recording)
     place = place if isinstance(place, Place) else Place(place)
     folder, unwritten = place.found(recording)

@@ -13,6 +13,7 @@ from flex_ident.errors import UsageError
 from flex_ident.estimation.identification import identify
 from flex_ident.jobs.options import identify_options, signal_selection
 from flex_ident.jobs.places import Folder, Place
+from flex_ident.jobs.robots import described, description_of
 from flex_ident.parameters import Identification
 from flex_ident.parameters.current import in_amperes, is_current
 from flex_ident.parameters.prismatic import prismatic
@@ -50,7 +51,9 @@ def finished_identification(
     Raises FlexIdentError; before anything is computed where the folder cannot be written, if it is needed.
     """
     selection, options = signal_selection(values), identify_options(values)
+    description = description_of(values)
     recording = read_recording(bag, selection, progress=lambda x: progress("reading", x))
+    recording = described(recording, description)
     read(recording)
     place = place if isinstance(place, Place) else Place(place)
     folder, unwritten = place.found(recording)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,9 +115,15 @@ def _reduced(slope: Floats, rest: Floats) -> tuple[Floats, Floats]:
     while rows.shape[0] > 2 * size:
         whole = rows.shape[0] // size
         blocks = rows[: whole * size].reshape(whole, size, p + 1)
-        rows = np.concatenate((np.linalg.qr(blocks, mode="r").reshape(-1, p + 1), rows[whole * size :]))
-    triangle = np.linalg.qr(rows, mode="r")
+        rows = np.concatenate((_triangle(blocks).reshape(-1, p + 1), rows[whole * size :]))
+    triangle = _triangle(rows)
     return triangle[:p, :p], triangle[:p, p]
+
+
+def _triangle(rows: Floats) -> Floats:
+    """The triangular factor alone, of each matrix."""
+    factor: Any = np.linalg.qr(rows, mode="r")  # numpy's types know the whole factorisation only
+    return np.asarray(factor)
 
 
 def _step(

@@ -178,6 +178,12 @@ class Code(StrEnum):
         "The gravity that the controller adds is not in the effort: MX and MY are what its model of the arm leaves.",
         "Record the effort before that is subtracted, if the arm's own gravity is wanted; or say --effort-kind motor.",
     )  # fmt: skip
+    URDF_GRAVITY = (
+        "urdf_gravity", "info",
+        "How much of the weight that the robot's description gives is in the effort: all of the motor's torque, none "
+        "where the controller's share was taken off; doubts where that is not the kind of effort that was said.",
+        "Say the kind of effort that it is (--effort-kind), and check masses and payload in the URDF.",
+    )  # fmt: skip
     EFFORT_FRICTION_COMPENSATED = (
         "effort_friction_compensated", "info",
         "The friction that the controller adds is not in the effort: the motor's friction cannot be told from it.",
@@ -204,7 +210,7 @@ class Code(StrEnum):
         "effort_kind_unclear", "doubt",
         "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was "
         "taken as the motor's torque, and the intervals reach as far as the other would move them.",
-        "Say --effort-kind motor or --effort-kind gravity_compensated.",
+        "Say --effort-kind motor or --effort-kind gravity_compensated, or give the robot's --urdf, whose weight tells.",
     )  # fmt: skip
     EFFORT_KIND_OPEN = (
         "effort_kind_open", "info",
@@ -479,7 +485,7 @@ class Code(StrEnum):
 CASES: Mapping[tuple[Code, str], Severity] = {
     (Code.HELD_SAMPLES, "slow"): "doubt", (Code.RECORDING_LEFT_OUT, "failed"): "doubt",
     (Code.RECORDING_LEFT_OUT, "rejected"): "doubt", (Code.RECORDING_LEFT_OUT, "other_model"): "doubt",
-    (Code.MOTOR_CURRENT, "poor"): "doubt",
+    (Code.MOTOR_CURRENT, "poor"): "doubt", (Code.URDF_GRAVITY, "against"): "doubt",
 }  # fmt: skip
 """Severities of single cases of a code, where they are worse than the code's."""
 NOT_SI = (Code.POSITION_NOT_SI, Code.EFFORT_NOT_SI)

@@ -136,8 +136,10 @@ def aligned_recording(
     sha256: str = "",
     start_time_s: float = 0.0,
     others: Mapping[str, tuple[Floats, Floats]] | None = None,
+    poses: Mapping[str, float] | None = None,
 ) -> Recording:
-    """One recording on the clock of the motor position; `others`: times and positions of other joints.
+    """One recording on the clock of the motor position; `others`: times and positions of other joints; `poses`: their
+    mean positions.
 
     Raises ExcitationError when too little overlaps, SignalError when times cannot be those of samples.
     """
@@ -179,5 +181,6 @@ def aligned_recording(
         sha256=sha256,
         start_time_s=start_time_s + float(clock[0]),
         others={name: np.interp(clock, time, position) for name, (time, position) in (others or {}).items()},
+        poses=poses or {},
     )
     return replace(recording, notices=(*recording.notices, *magnitude_notices(recording)))

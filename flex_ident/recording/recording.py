@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flex_ident.errors import SignalError
 from flex_ident.notices import Notice
+from flex_ident.recording.weight import Weight
 
 SHORT_S, SLOW_HZ = 10.0, 100.0
 """Duration and rate below which a recording is said to be short, or slow."""
@@ -104,6 +105,10 @@ class Recording:
     start_time_s: float = 0.0
     others: Mapping[str, Floats] = field(default_factory=dict)
     """Positions (n,), rad or m, of the other joints that moved, by name."""
+    poses: Mapping[str, float] = field(default_factory=dict)
+    """Where the other joints were on average, rad or m, moved or held, by name."""
+    weight: Weight | None = None
+    """What hangs on the joint by the robot's description; None without one."""
     time: Floats = field(init=False)
 
     def __post_init__(self) -> None:
@@ -116,6 +121,7 @@ class Recording:
                 object.__setattr__(self, name, read_only(values, name=name, length=n))
         others = {k: read_only(v, name=f"position of {k}", length=n) for k, v in self.others.items()}
         object.__setattr__(self, "others", MappingProxyType(others))
+        object.__setattr__(self, "poses", MappingProxyType(dict(self.poses)))
         mask = np.ones(n, bool) if self.measured is None else np.array(self.measured, bool)
         if mask.shape != (n,):
             raise SignalError(f"mask of measured samples has shape {mask.shape}, expected ({n},).")

@@ -66,6 +66,8 @@ HELD = (
 )
 EFFORTS_TAKEN = "Efforts are taken as N m or N on the link side: --effort-scale converts them."
 
+DESCRIBED = "by the URDF gravity pulls with MX = {MX:.3g}, MY = {MY:.3g} kg m"
+HOLDS = "the effort holds {share_percent:.0f} ± {two_std_percent:.0f} % (2σ) of it{beside}"
 SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
     Code.BAG_DAMAGED: {
         "part": "a part was left out: {error}",
@@ -197,7 +199,14 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "motor's torque does (by {gain:.3g} in twice the log-likelihood; 20 are clear). If it is the motor's, say "
             "--effort-kind motor."
         ),
-        "given": "the effort was taken as less the gravity that the controller adds, as you say.",
+        "given": "the effort was taken as less the gravity that the controller adds, as told.",
+    },
+    Code.URDF_GRAVITY: {
+        "held": (f"{DESCRIBED}, and {HOLDS}: it is torque that bears the arm, as the motor's is."),
+        "absent": (f"{DESCRIBED}, and {HOLDS}: what the controller adds for gravity is not in it."),
+        "other": (f"{DESCRIBED}, and {HOLDS}: check masses and payload of the URDF, and the scale of the effort."),
+        "against": (f"{DESCRIBED}, and {HOLDS}: that is not the kind of effort that you say."),
+        "open": f"{DESCRIBED}; whether the effort holds that, this motion does not tell{{beside}}.",
     },
     Code.EFFORT_FRICTION_COMPENSATED: {
         "found": (

@@ -1,0 +1,32 @@
+"""A recording beside the description of its robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from flex_ident.configuration.settings import Value
+from flex_ident.errors import UsageError
+from flex_ident.recording import Recording
+from flex_ident.robot import weight_on
+
+
+def description_of(values: Mapping[str, Value]) -> str | None:
+    """The URDF that was named; None without one. Raises UsageError where it cannot be read."""
+    if not values.get("urdf"):
+        return None
+    path = Path(str(values["urdf"])).expanduser()
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "it is not text in UTF-8"
+        raise UsageError(f"--urdf {path}: {why}.") from error
+
+
+def described(recording: Recording, description: str | None) -> Recording:
+    """The recording with what hangs on its joint by a URDF; as it is without one. Raises UsageError."""
+    if description is None:
+        return recording
+    weight = weight_on(description, recording.joint, recording.poses, moving=tuple(recording.others))
+    return replace(recording, weight=weight)
