@@ -88,6 +88,10 @@ class Effect:
     """Changes the torque of the whole model by a share: inertias and stiffness follow it, and hardly a gap is left."""
     law_error: float = 0.05
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
+    essential: tuple[str, ...] = ()
+    """Parameters without which it is another effect: each must be known to be there, where it is in the law at all."""
+    at_reversals: bool = False
+    """Whether it acts where friction turns over, so that the method's own error there may pass for it."""
     imitable: float = 1.0
     """Share of the error of method and laws that could look like this effect."""
     cycles: str = ""

@@ -63,6 +63,7 @@ PRESLIDING_FRICTION = Effect(
     signature="after each reversal torque that turns over with the way moved, not with the speed",
     bin_by="motor_velocity",
     confused_with=("stribeck_friction",),
+    essential=("deflection",),
     separated_by="reversals at several speeds, and slow motion",
     stand_ins=("presliding", "reversal_speed", "reversal_lead"),
     shown_by=("presliding", "reversal_lead"),

@@ -47,5 +47,6 @@ STRIBECK_FRICTION = Effect(
     signature="peaks of torque just after each reversal, odd in velocity, gone at speed",
     bin_by="motor_velocity",
     confused_with=("viscous_nonlinearity",),
+    at_reversals=True,
     separated_by="slow and fast motion at constant speed",
 )

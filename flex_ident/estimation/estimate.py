@@ -11,12 +11,12 @@ from scipy import ndimage
 
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.base_fit import Progress, base_fit
+from flex_ident.estimation.chain_known import with_chain_open
 from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.encoder_rounding import rounding_bias
 from flex_ident.estimation.far_mode import unseen_shift
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
-from flex_ident.estimation.link_calibration import calibration_shift
 from flex_ident.estimation.other_end import OtherEnd, other_end
 from flex_ident.estimation.strain import material, strained_factor
 from flex_ident.estimation.thresholds import (
@@ -227,7 +227,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         joined = joined.beside(unseen_shift(solver, fit))
     joined = joined.beside(spring_shift(solver, fit)).beside(rounding_bias(solver, fit))
     other = other_end(fit, plain)
-    joined = joined.beside(calibration_shift(plain)).beside(None if other is None else other.shift)
+    joined = with_chain_open(joined, plain).beside(None if other is None else other.shift)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.

@@ -80,6 +80,10 @@ LINK_CALIBRATION = 1e-5
 """Scale error of a link encoder, one standard deviation, below which no fit knows it: good encoders are accurate to 10
 seconds of arc, 5e-5 rad. MY of a leg in wide motion took up 1.5e-5 of it, and was 9 standard deviations off where the
 fit claimed to know 1e-6 (`bench/coverage.py`, seed 161, recording 73)."""
+AVERAGING_KNOWN = 0.02
+"""The same of how the torque is averaged within a sample, in squared samples (a mean or a hold makes 1/24). Estimates
+for an effort that is that of an instant spread by 0.02 to 0.05 about nothing at 125 to 500 Hz (`bench/coverage.py`,
+seeds 241 and 251); one of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 SENSOR_LEFT = 0.1

@@ -13,7 +13,7 @@ from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Search
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.sizes import GapSize, gap_size
-from flex_ident.gap.thresholds import SIGNIFICANT, SIGNIFICANT_STATED
+from flex_ident.gap.thresholds import SIGNIFICANT, SIGNIFICANT_STATED, SMALLEST_SHARE
 from flex_ident.gap.weighing import rebuilt
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
@@ -57,6 +57,12 @@ def _fails(candidate: Candidate, before: GapSize, after: GapSize, estimate: Esti
     """Why an accepted effect does not hold in the final model; empty where it does."""
     if not after.falls_from(before):
         return f"in the final model the gap on data not fitted does not fall ({before.shown} to {after.shown})"
+    closed = 1.0 - (after.torque / before.torque) ** 2
+    if estimate.left.evidence == "none" and not closed > SMALLEST_SHARE and after.link is None:
+        return (
+            f"nothing tells how much of the gap is noise, and it closes {100 * closed:.0f} % of all of it, by energy: "
+            f"{100 * SMALLEST_SHARE:.0f} % needed for a cause"
+        )
     ratios = {k: abs(estimate.fit.values[k]) / max(estimate.plain.std(k), 1e-300) for k in candidate.scaled}
     best = max(ratios, key=lambda k: ratios[k])
     if ratios[best] < SIGNIFICANT:

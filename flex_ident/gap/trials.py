@@ -24,9 +24,10 @@ from flex_ident.gap.thresholds import (
 from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_out_comparison, log_likelihood_gain
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
+from flex_ident.likelihood.remainder import coulomb, counted
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
-from flex_ident.parameters.keys import effect_in
+from flex_ident.likelihood.thresholds import OWN_ERROR_AT_REVERSALS, OWN_ERROR_OF_LINK
+from flex_ident.parameters.keys import effect_in, key_text
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in, extended_solver, raced
@@ -80,7 +81,11 @@ def compared(solver: SteadyFit, before: Fit, after: Fit, candidate: Candidate, o
     evidence = log_likelihood_gain(before, after) - price
     held = held_out_comparison(solver.problem, before, after)
     excess, excess_before, share = closed_share(solver, before, after)
-    imitable = effect_named(candidate.effect).imitable * own_error
+    effect = effect_named(candidate.effect)
+    if effect.at_reversals:  # what a clean joint leaves there, of which the law of friction makes no less
+        torque = float(np.std(solver.problem.torque[solver.problem.usable]))
+        own_error = max(own_error, OWN_ERROR_AT_REVERSALS * coulomb(before.values) / torque)
+    imitable = effect.imitable * own_error
     objection = _objection(solver, before, after, candidate, evidence, held, (excess_before, share), imitable)
     return Trial(candidate, solver, after, evidence, held, share, excess, objection)
 
@@ -184,6 +189,11 @@ def _objection(
     weak = _weakest(solver, fit, candidate.scaled)
     if weak is not None:
         return f"{weak[0]} is known to {weak[1]:.1f} standard deviations only, {SIGNIFICANT:.0f} needed"
+    essential = {key_text(candidate.effect, name) for name in effect_named(candidate.effect).essential}
+    for key in (k for k in candidate.keys if k in essential):
+        weak = _weakest(solver, fit, [key])
+        if weak is not None:
+            return f"without {key}, known to {weak[1]:.1f} standard deviations only, it is another effect"
     shape = [k for k in candidate.keys if k not in candidate.scaled and not parameter_named(k).angle]
     vague = _weakest(solver, fit, shape, SIGNIFICANT_SHAPE) if shape else None
     if vague is not None:
@@ -221,8 +231,11 @@ def own_error_of(solver: SteadyFit, accepted: Sequence[tuple[str, Fit, Fit]]) ->
 
 
 def _changes(solver: SteadyFit, before: Fit, after: Fit) -> dict[str, float]:
-    """By how much the predicted torque and, with a link encoder, the predicted deflection change, each relative."""
-    problem, rows = solver.problem, solver.problem.usable
+    """By how much the predicted torque and, with a link encoder, the predicted deflection change, each relative.
+
+    Where the motor sticks nothing counts: friction is what no model can know there.
+    """
+    problem, rows = solver.problem, counted(solver.problem, solver.problem.usable)
     sizes = {"torque": float(np.std(problem.torque[rows]))}
     if problem.link is not None:
         sizes["deflection"] = float(np.std((problem.motion.position[:: problem.decimation] - problem.link)[rows]))

@@ -113,11 +113,12 @@ def _noise(solver: SteadyFit, residual: Floats, rounding: float) -> tuple[float,
     return math.hypot(steady, rounding), "quiet" if is_quiet(problem, steady) else "none", None
 
 
-def _coulomb(values: Values) -> float:
+def coulomb(values: Values) -> float:
+    """Dry friction of motor and link together, N m."""
     return abs(values.get("FSm", 0.0)) + abs(values.get("FS", 0.0))
 
 
 def _own_error(torque: float, values: Values) -> float:
     """What the method itself leaves, N m rms, of a torque of that rms, N m, and the friction in `values`."""
     ringing = OWN_ERROR_RINGING * abs(values.get("FS", 0.0)) if "K" in values and "FSm" not in values else 0.0
-    return math.hypot(OWN_ERROR * torque, math.hypot(OWN_ERROR_AT_REVERSALS * _coulomb(values), ringing))
+    return math.hypot(OWN_ERROR * torque, math.hypot(OWN_ERROR_AT_REVERSALS * coulomb(values), ringing))

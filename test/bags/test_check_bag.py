@@ -70,7 +70,7 @@ def test_each_joint_that_moves_is_looked_at(tmp_path: Path) -> None:
 
 
 def test_other_joints_that_moved_are_no_plain_yes(tmp_path: Path) -> None:
-    q = np.sin(np.arange(6000) / 30)
+    q = np.sin(np.arange(6000) / 30) + 0.5 * np.sin(np.arange(6000) / 11)
     messages = [
         Message(
             "/joint_states", ns(i / RATE_HZ), JOINT_STATE,
@@ -121,3 +121,13 @@ def test_damage_is_told(tmp_path: Path) -> None:
     data_file(bag).write_text("text")
     with pytest.raises(BagError, match="is neither"):
         checked_bag(bag, SignalSelection())
+
+
+def test_one_tone_is_told_before_anything_is_trusted(tmp_path: Path) -> None:
+    messages = [
+        Message("/joint_states", ns(i / RATE_HZ), JOINT_STATE, joint_state(ns(i / RATE_HZ), ["a"], [q], [2.0 * q]))
+        for i, q in enumerate(np.sin(np.arange(6000) / 30))
+    ]
+    text, _ = bag_check(rosbag2_bag(tmp_path / "bag", messages), SignalSelection(joint="a"))
+    assert "one frequency or one speed only, by the warning below" in text
+    assert "and little else" in text
