@@ -13,8 +13,8 @@ STAGES = (
     "screening", "estimation", "gap", "pooling",
 )  # fmt: skip
 """The method, each stage above what it may import."""
-ASIDE = ("excitation", "virtual_joint")
-"""Core that the method does not import: what moves a joint, and a joint to move."""
+ASIDE = ("excitation", "virtual_joint", "robot")
+"""Core that the method does not import: what moves a joint, a joint to move, and what a robot's description says."""
 ADAPTERS = ("bags", "formats", "configuration", "report", "jobs", "fleet", "commands", "nodes")
 FOREIGN = ("rclpy", "rosbags", "matplotlib", "jinja2", "tqdm", "std_msgs", "sensor_msgs")
 ALLOWED: dict[str, tuple[str, ...]] = {
@@ -39,6 +39,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "pooling": ("notices", "recording", "parameters", "judgement"),
     "excitation": (),
     "virtual_joint": ("recording", "parameters"),
+    "robot": ("recording",),
 }  # fmt: skip
 """What each folder of the core imports beside itself and `errors`: no more than it does today."""
 METHOD = ("regression", "likelihood", "screening", "estimation", "gap")

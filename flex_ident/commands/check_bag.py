@@ -15,9 +15,9 @@ from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import identify, refuse_unusable
+from flex_ident.estimation.motion_told import with_motion_told
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.filtering.design import filter_design
-from flex_ident.filtering.motion_kind import with_motion_told
 from flex_ident.notices import Code, Notice
 from flex_ident.notices.codes import NOT_SI
 from flex_ident.recording import Recording, Sampling, extent_text, more_needed

@@ -25,6 +25,7 @@ from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identified import identified_parameter, modes_hz
 from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.mode_seen import with_mode_judged
+from flex_ident.estimation.motion_told import with_motion_told
 from flex_ident.estimation.motor_current import kind_beside_current, with_motor_side
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
@@ -32,7 +33,6 @@ from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_
 from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.estimation.unseen_effects import gravity_notice
 from flex_ident.filtering import first_mode
-from flex_ident.filtering.motion_kind import with_motion_told
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.priorities import LOADED
 from flex_ident.judgement.rules import FIT_RULES, judged

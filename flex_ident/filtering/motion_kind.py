@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from flex_ident.filtering.thresholds import (
@@ -16,26 +14,7 @@ from flex_ident.filtering.thresholds import (
     TONE_SHARE,
     TONE_SHARE_OF_TORQUE,
 )
-from flex_ident.notices import Code, Notice
-from flex_ident.recording import Floats, Recording
-
-
-def with_motion_told(recording: Recording) -> Recording:
-    """The recording with a notice where its motion holds one frequency or one speed; the same where it does not."""
-    said = motion_notice(recording)
-    if said is None or any(notice.code is said.code for notice in recording.notices):
-        return recording
-    return replace(recording, notices=(*recording.notices, said))
-
-
-def motion_notice(recording: Recording) -> Notice | None:
-    """That the motion holds one frequency, or one speed: then inertia, spring and gravity, or inertia and friction, act
-    alike, and no fit tells them apart."""
-    speed = constant_speed(recording.motor_position, recording.sample_rate_hz)
-    if speed is not None:
-        return Notice(Code.CONSTANT_SPEED, recording.joint, {"speed": speed})
-    tone = single_tone_hz(recording.motor_position, recording.motor_torque, recording.sample_rate_hz)
-    return None if tone is None else Notice(Code.SINGLE_TONE, recording.joint, {"frequency_hz": tone})
+from flex_ident.recording import Floats
 
 
 def single_tone_hz(position: Floats, torque: Floats, rate_hz: float) -> float | None:

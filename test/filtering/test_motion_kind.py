@@ -5,7 +5,8 @@ import pytest
 from scipy import signal
 
 from flex_ident.estimation.identification import identify
-from flex_ident.filtering.motion_kind import constant_speed, motion_notice, single_tone_hz, with_motion_told
+from flex_ident.estimation.motion_told import motion_notice, with_motion_told
+from flex_ident.filtering.motion_kind import constant_speed, single_tone_hz
 from flex_ident.recording import Floats, Recording
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
