@@ -236,8 +236,10 @@ class Code(StrEnum):
     CHAIN_AT_ITS_END = (
         "chain_at_its_end", "doubt",
         "A delay, a low-pass or an averaging of the recorded signals is estimated at the end of what it can be: it "
-        "stands in for something else, as torque from above half the sampling rate that folds back.",
-        "Record at a higher rate, or excite with less above half of it: a chirp rather than steps.",
+        "stands in for something else, as torque from above half the sampling rate that folds back, or damping across "
+        "the spring.",
+        "Record at a higher rate, or excite with less above half of it, a chirp rather than steps; else run "
+        "explain_gap.",
     )  # fmt: skip
     TORQUE_DELAY_BELOW_A_SAMPLE = (
         "torque_delay_below_a_sample", "info",

@@ -51,8 +51,9 @@ def chain_at_its_end(n: Notice) -> str:
         )
     return (
         f"{CHAIN.get(n.subject, n.subject)} ({n.subject}) is estimated at {n.numbers['value']:.3g}, the end of what it "
-        "can be: it stands in for something else, such as torque from above half the sampling rate that folds back. "
-        "Record at a higher rate, or with a chirp rather than steps."
+        "can be: it stands in for something else. Torque from above half the sampling rate that folds back: record at "
+        "a higher rate, or with a chirp rather than steps. Or what the model lacks in the transmission, as damping "
+        "across the spring: run explain_gap."
     )
 
 
