@@ -227,7 +227,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         joined = joined.beside(unseen_shift(solver, fit))
     joined = joined.beside(spring_shift(solver, fit)).beside(rounding_bias(solver, fit))
     other = other_end(fit, plain)
-    joined = with_chain_open(joined, plain).beside(None if other is None else other.shift)
+    joined = with_chain_open(joined, plain, fit.values, problem.recording.sample_time)
+    joined = joined.beside(None if other is None else other.shift)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
         # All of it goes into the spring that the encoder sits behind, little into what the torque tells.

@@ -83,7 +83,8 @@ fit claimed to know 1e-6 (`bench/coverage.py`, seed 161, recording 73)."""
 AVERAGING_KNOWN = 0.02
 """The same of how the torque is averaged within a sample, in squared samples (a mean or a hold makes 1/24). Estimates
 for an effort that is that of an instant spread by 0.02 to 0.05 about nothing at 125 to 500 Hz (`bench/coverage.py`,
-seeds 241 and 251); one of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off."""
+seeds 241 and 251); one of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off. As much of it in
+all keys, by their covariance with it, made K of a cobot at 500 Hz six times as uncertain as its error is."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 SENSOR_LEFT = 0.1
