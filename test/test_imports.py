@@ -37,7 +37,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
         "screening", "estimation",
     ),
     "pooling": ("notices", "recording", "parameters", "judgement"),
-    "excitation": (),
+    "excitation": ("robot",),
     "virtual_joint": ("recording", "parameters"),
     "robot": ("recording",),
 }  # fmt: skip

@@ -15,7 +15,7 @@ from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import identify, refuse_unusable
-from flex_ident.estimation.motion_told import with_motion_told
+from flex_ident.estimation.motion_told import ONE_OF_MANY, with_motion_told
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.filtering.design import filter_design
 from flex_ident.notices import Code, Notice
@@ -30,8 +30,6 @@ LEAST_S = 2.0
 """Length of motion, s, below which there is nothing to fit."""
 HIGHEST_MODE = 0.1
 """Frequency of a mode over the sampling rate up to which its resonance is seen well."""
-ONE_OF_MANY = (Code.SINGLE_TONE, Code.CONSTANT_SPEED)
-"""Motions that leave most of a joint open."""
 MUCH_PERCENT = 5.0
 """Share of messages, lost or dropped, that is worth a word."""
 

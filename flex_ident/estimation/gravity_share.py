@@ -19,7 +19,8 @@ from flex_ident.estimation.thresholds import SHARE_KNOWN
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
-from flex_ident.parameters.effort_kinds import GRAVITY_COMPENSATED
+from flex_ident.parameters.current import is_current
+from flex_ident.parameters.effort_kinds import CURRENT, GRAVITY_COMPENSATED
 from flex_ident.recording import Recording, Weight
 
 
@@ -46,9 +47,12 @@ def gravity_share(recording: Recording, sensors: str, *, rigid: bool = False) ->
 
 def with_gravity_told(recording: Recording, kind: str, sensors: str, *, rigid: bool = False) -> tuple[Recording, str]:
     """The recording with a notice of whether its effort holds the weight that the robot's description gives, and the
-    kind of effort that follows from it; as they are without a description."""
+    kind of effort that follows from it; as they are without a description, and where the effort is a current of unknown
+    scale, of which no share can be told."""
     weight = recording.weight
-    if weight is None or any(notice.code is Code.URDF_GRAVITY for notice in recording.notices):
+    if weight is None or kind == CURRENT or is_current(recording.notices):
+        return recording, kind
+    if any(notice.code is Code.URDF_GRAVITY for notice in recording.notices):
         return recording, kind
     sizes = {"MX": weight.MX, "MY": weight.MY, "share_percent": 0.0, "two_std_percent": 0.0}
     share = gravity_share(recording, sensors, rigid=rigid)

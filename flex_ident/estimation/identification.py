@@ -109,9 +109,10 @@ def identify(
     """
     options = options or IdentifyOptions()
     recording = with_motion_told(recording)
-    recording, asked = with_gravity_told(
-        recording, options.effort_kind, chosen_sensors(recording, options.sensors), rigid=options.rigid
-    )
+    asked = options.effort_kind
+    if options.method == "auto":  # the paper's equations are of the motor's torque
+        sensors = chosen_sensors(recording, options.sensors)
+        recording, asked = with_gravity_told(recording, asked, sensors, rigid=options.rigid)
     told, kind = as_told(recording, kind_beside_current(recording, asked))
     result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
     codes = {notice.code for notice in result.notices}

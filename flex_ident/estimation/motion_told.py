@@ -8,6 +8,9 @@ from flex_ident.filtering.motion_kind import constant_speed, single_tone_hz
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording
 
+ONE_OF_MANY = (Code.SINGLE_TONE, Code.CONSTANT_SPEED)
+"""Motions that leave most of a joint open."""
+
 
 def with_motion_told(recording: Recording) -> Recording:
     """The recording with a notice where its motion holds one frequency or one speed; the same where it does not."""

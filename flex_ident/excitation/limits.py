@@ -7,9 +7,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from flex_ident.errors import ConfigurationError, UsageError
-
-LARGEST = 4 << 20
-"""Characters of a URDF, at most."""
+from flex_ident.robot.xml import parsed
 
 
 @dataclass(frozen=True)
@@ -85,12 +83,7 @@ def is_continuous(description: str, joint: str) -> bool:
 
 
 def _parsed(description: str) -> ET.Element:
-    if len(description) > LARGEST:
-        raise UsageError(f"robot_description holds {len(description)} characters: {LARGEST} are read at most.")
-    try:
-        return ET.fromstring(description)
-    except (ET.ParseError, ValueError, LookupError) as error:  # the last two are about its encoding
-        raise UsageError(f"robot_description is not XML ({error}).") from error
+    return parsed(description, "robot_description")
 
 
 def _passive(root: ET.Element, joint: str) -> bool:

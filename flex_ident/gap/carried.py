@@ -14,6 +14,7 @@ from flex_ident.effects import effect_named
 from flex_ident.effects.probe import Probe
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import fit_problem, validation_blocks
+from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identification import chosen_sensors
 from flex_ident.estimation.kind_priors import as_told
 from flex_ident.gap.base import fitted_base, search_start
@@ -98,11 +99,12 @@ def carried_over(
     recording contradicts is taken out again before the next, unless `all_stay`. `starts` are base values from which a
     fit may start as well. Raises ExcitationError.
     """
-    recording, kind = as_told(recording, options.effort_kind)
+    sensors = chosen_sensors(recording, options.sensors)
+    recording, kind = as_told(*with_gravity_told(recording, options.effort_kind, sensors, rigid=options.rigid))
     names = tuple(c.effect for c in (*own, *carried))
     options = replace(options, effort_kind=kind, effects=names, add=(), nuisances_stay=not names)
     problem = fit_problem(
-        recording, sensors=chosen_sensors(recording, options.sensors), rigid=options.rigid,
+        recording, sensors=sensors, rigid=options.rigid,
         first_mode_hz=options.first_mode_hz, band_hz=options.band_hz,
     )  # fmt: skip
     held = validation_blocks(problem)

@@ -14,7 +14,7 @@ from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.kind_priors import as_told
-from flex_ident.estimation.motion_told import with_motion_told
+from flex_ident.estimation.motion_told import ONE_OF_MANY, with_motion_told
 from flex_ident.filtering import first_mode
 from flex_ident.gap.base import GapBase, fitted_base, search_start
 from flex_ident.gap.explanation import (
@@ -136,7 +136,7 @@ def explain(
     if coupled and estimate.coupling is not None:
         share, joints = 100.0 * estimate.coupling.share, ", ".join(estimate.coupling.joints)
         reasons.append(f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy.")
-    if any(notice.code in (Code.SINGLE_TONE, Code.CONSTANT_SPEED) for notice in recording.notices):
+    if any(notice.code in ONE_OF_MANY for notice in recording.notices):
         reasons.append("the motion holds one frequency or one speed: what is missing may pass for what is there.")
     if left.evidence == "none":
         reasons.append(f"{after:.3g} N m rms remain, and nothing tells how much of it is noise: repeat the motion.")

@@ -9,7 +9,7 @@ from pathlib import Path
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.recording import Recording
-from flex_ident.robot import weight_on
+from flex_ident.robot.weight import weight_on
 
 
 def description_of(values: Mapping[str, Value]) -> str | None:

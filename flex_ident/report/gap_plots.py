@@ -52,16 +52,16 @@ def steps_plot(explanation: GapExplanation) -> bytes:
         axes.text(explanation.noise_floor, 1.0, "noise floor", transform=above, color=MEASURED, ha="center",
                   va="bottom", fontsize=8.5)  # fmt: skip
         if links:
-            _bars(panels[0, 1], links, f"of the link's position, {words_of(explanation.final)('mrad')} rms")
+            _bars(panels[0, 1], links, f"of the link's position, {words_of(explanation.final)('mrad')} rms", room=1.35)
         return png_bytes(figure)
 
 
-def _bars(axes: Any, gaps: list[float], label: str) -> None:
+def _bars(axes: Any, gaps: list[float], label: str, *, room: float = 1.15) -> None:
     """One bar a model, the base first, each with its number."""
     axes.barh(range(len(gaps)), gaps, color=[PREDICTED] + [LINK] * (len(gaps) - 1), height=0.6)
     for i, gap in enumerate(gaps):
         axes.text(gap, i, f" {gap:.3g}", va="center", fontsize=9)
-    axes.set_xlim(0, 1.15 * max(gaps))
+    axes.set_xlim(0, room * max(gaps))
     axes.set_xlabel(label)
     axes.grid(axis="y", visible=False)
 

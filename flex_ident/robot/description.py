@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from flex_ident.errors import UsageError
 from flex_ident.recording import Floats
+from flex_ident.robot.xml import parsed
 
-LARGEST = 4 << 20
-"""Characters of a URDF, at most."""
 KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
@@ -72,14 +71,7 @@ class Robot:
 
 def read_robot(description: str) -> Robot:
     """The tree of a URDF. Raises UsageError with one line where it is none."""
-    if len(description) > LARGEST:
-        raise UsageError(f"the URDF holds {len(description)} characters: {LARGEST} are read at most.")
-    if "<!ENTITY" in description:
-        raise UsageError("the URDF declares entities: expand them first.")
-    try:
-        root = ET.fromstring(description)
-    except (ET.ParseError, ValueError, LookupError) as error:  # the last two are about its encoding
-        raise UsageError(f"the URDF is not XML ({error}).") from error
+    root = parsed(description, "the URDF")
     if root.tag != "robot":
         raise UsageError(f"the URDF's root is <{root.tag}>: expected <robot> (a xacro file must be expanded first).")
     bodies = {str(e.get("name")): _body(e) for e in root.findall("link")}

@@ -175,7 +175,7 @@ class Term(IntEnum):
     # a part of the spring that relaxes
     RELAXING_STIFFNESS = "spring", True
     RELAXATION_TIME = "spring", False, "RELAXING_STIFFNESS"
-    # the motor's encoder errs with its own angle: harmonics
+    # encoders that err with their own angle: harmonics
     MOTOR_ENCODER_ERROR = "both", False
     """What the motor's encoder reads too far, rad: motor and link move otherwise than it says."""
     MOTOR_ENCODER_CYCLES = "both", False, "MOTOR_ENCODER_ERROR"
@@ -184,6 +184,7 @@ class Term(IntEnum):
     MOTOR_ENCODER_CYCLES_2 = "both", False, "MOTOR_ENCODER_ERROR_2"
     MOTOR_ENCODER_PHASE_2 = "both", False, "MOTOR_ENCODER_ERROR_2"
     LINK_ENCODER_ERROR = "measurement", False
+    """What the link's encoder reads too far, rad."""
     LINK_ENCODER_CYCLES = "measurement", False, "LINK_ENCODER_ERROR"
     LINK_ENCODER_PHASE = "measurement", False, "LINK_ENCODER_ERROR"
     LINK_ENCODER_ERROR_2 = "measurement", False

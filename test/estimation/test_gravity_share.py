@@ -7,7 +7,8 @@ import pytest
 
 from flex_ident.estimation.gravity_share import gravity_share, with_gravity_told
 from flex_ident.estimation.identification import identify
-from flex_ident.notices import Code
+from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording, Weight
 from flex_ident.report.sentences import sentence
 from flex_ident.simulation.terms import GRAVITY
@@ -83,3 +84,14 @@ def test_an_effort_less_gravity_is_told_from_the_motors_torque_by_the_motor_alon
     for key in ("K", "JL"):
         p = less.parameter(key)
         assert abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, key
+
+
+def test_of_a_current_and_for_the_papers_equations_nothing_is_told() -> None:
+    """A current of unknown scale has no share, and the paper's equations are of the motor's torque."""
+    for recording, kind in (
+        (recorded(compensated=True), "current"),
+        (replace(recorded(compensated=True), notices=(Notice(Code.EFFORT_CURRENT, "motor_torque"),)), "auto"),
+    ):
+        assert with_gravity_told(recording, kind, "motor") == (recording, kind)
+    result = identify(recorded(compensated=True), IdentifyOptions(method="weighted", rigid=True))
+    assert Code.URDF_GRAVITY not in {n.code for n in result.notices}
