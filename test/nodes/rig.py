@@ -179,8 +179,8 @@ class Rig:
         """Call ~/start until everything is ready, or refused as expected; the last refusal, empty when it moves."""
         message = "no answer"
         end = time.monotonic() + seconds
-        while self._relayed is not None and self._relayed.get_subscription_count() == 0 and time.monotonic() < end:
-            self.spin(0.1)
+        if self._relayed is not None:
+            self.met(self._relayed, seconds=seconds)
         while time.monotonic() < end:
             answer = self.ask(Trigger, "/chirp_exciter/start", Trigger.Request(), 3.0)
             if "moving_to_start" in self.states or (answer is not None and answer.success):
@@ -199,6 +199,12 @@ class Rig:
         """Hand the commands of one topic on to another, as long as this is listened to."""
         publisher = self._relayed = self.node.create_publisher(Float64MultiArray, goal, 10)
         self._relay = self.node.create_subscription(Float64MultiArray, origin, publisher.publish, 100)
+
+    def met(self, publisher: Publisher, *, seconds: float = 15.0) -> None:
+        """Wait until somebody listens to a publisher."""
+        end = time.monotonic() + seconds
+        while publisher.get_subscription_count() == 0 and time.monotonic() < end:
+            self.spin(0.1)
 
     def end_relay(self) -> None:
         """Listen no more."""

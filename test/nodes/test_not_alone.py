@@ -47,6 +47,7 @@ def test_a_description_without_limits_is_no_permission(kind: str, limit: str, tm
         ready(made)
         publisher = made.node.create_publisher(String, "/robot_description", LATCHED)
         publisher.publish(description(kind, limit))
+        made.met(publisher)
         made.spin(1.0)
         refusal = made.start_exciting(3.0)
         assert "limits.position_min, limits.position_max, limits.velocity not known" in refusal
