@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from plant_faults import PLANT_FAULTS, PlantFault, PlantOutcome, plant_rows, played
-from rig import COMMANDS, JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig, rig
+from rig import JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig, rig
 
 from flex_ident.bags import SignalSelection, read_recording
 from flex_ident.errors import ExcitationError, FlexIdentError
@@ -144,10 +144,10 @@ def nobody_listens(made: Rig) -> Outcome:
 
 def lost_subscriber(made: Rig) -> Outcome:
     """The controller that takes the commands leaves in mid-chirp, while joint states still come."""
-    made.relay("/relayed", COMMANDS)
+    made.relay("/relayed")
     exciting(made, **{"command.topic": "/relayed", "chirp.amplitude": 0.1})  # small, as a relay may be late
     at = time.time()
-    made.end_relay()
+    made.processes["relay"].send_signal(signal.SIGINT)
     return outcome(made, at)
 
 

@@ -59,7 +59,6 @@ class Rig:
         self.references: list[tuple[float, float, float]] = []
         self.node = rclpy.create_node("rig")
         self.clients: dict[str, Client] = {}
-        self._relayed: Publisher | None = None
         # Before the nodes are there, which find them as they come.
         self._client(Trigger, "/chirp_exciter/start")
         self._client(Trigger, "/chirp_exciter/stop")
@@ -179,8 +178,6 @@ class Rig:
         """Call ~/start until everything is ready, or refused as expected; the last refusal, empty when it moves."""
         message = "no answer"
         end = time.monotonic() + seconds
-        if self._relayed is not None:
-            self.met(self._relayed, seconds=seconds)
         while time.monotonic() < end:
             answer = self.ask(Trigger, "/chirp_exciter/start", Trigger.Request(), 3.0)
             if "moving_to_start" in self.states or (answer is not None and answer.success):
@@ -195,20 +192,19 @@ class Rig:
         """Have the simulated joint play a fault."""
         assert self.set_parameter("simulated_joint", "fault", name) == ""
 
-    def relay(self, origin: str, goal: str) -> None:
-        """Hand the commands of one topic on to another, as long as this is listened to."""
-        publisher = self._relayed = self.node.create_publisher(Float64MultiArray, goal, 10)
-        self._relay = self.node.create_subscription(Float64MultiArray, origin, publisher.publish, 100)
+    def relay(self, origin: str) -> None:
+        """Have a process hand the commands of a topic on to the simulated joint; it listens once the joint does."""
+        listeners = "2"  # the rig is one
+        command = [sys.executable, str(Path(__file__).parent / "relay.py"), origin, COMMANDS, listeners]
+        apart = without_shared_memory(os.environ, get_rmw_implementation_identifier())
+        with self.log("relay").open("ab") as out:
+            self.processes["relay"] = subprocess.Popen(command, stdout=out, stderr=out, env=apart)
 
     def met(self, publisher: Publisher, *, seconds: float = 15.0) -> None:
         """Wait until somebody listens to a publisher."""
         end = time.monotonic() + seconds
         while publisher.get_subscription_count() == 0 and time.monotonic() < end:
             self.spin(0.1)
-
-    def end_relay(self) -> None:
-        """Listen no more."""
-        self.node.destroy_subscription(self._relay)
 
     def set_parameter(self, node: str, key: str, value: Any) -> str:
         """Set a parameter at run time; why that was refused, else empty."""
