@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / "plants"))
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE / "plants"), str(HERE / "nodes")]
 
-# Nodes of two test processes must not hear each other: each process has a ROS domain of its own.
-WORKER = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
-if "ROS_DOMAIN_ID" in os.environ and WORKER.isdigit():
-    os.environ["ROS_DOMAIN_ID"] = str((int(os.environ["ROS_DOMAIN_ID"]) + 50 * int(WORKER)) % 101)
+from domains import next_domain  # noqa: E402
+
+os.environ["ROS_DOMAIN_ID"] = next_domain()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

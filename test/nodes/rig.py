@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
+from domains import next_domain
 from rcl_interfaces.srv import SetParameters
 from rclpy.client import Client
 from rclpy.parameter import Parameter
@@ -42,8 +43,6 @@ CHIRP = {
     "chirp.profile": "constant_velocity",
 }  # fmt: skip
 COMMANDS = "/forward_position_controller/commands"
-DOMAIN = os.environ.get("ROS_DOMAIN_ID")
-"""Without one each experiment has its own."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -264,7 +263,7 @@ class Rig:
 def rig(folder: Path) -> Iterator[Rig]:
     """A rig in a DDS domain of its own, on loopback."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    os.environ["ROS_DOMAIN_ID"] = DOMAIN or str(1 + (os.getpid() + int(time.monotonic())) % 100)
+    os.environ["ROS_DOMAIN_ID"] = next_domain()
     plain = dict(os.environ)
     share_no_memory()  # and be found as soon as the nodes find each other
     rclpy.init()

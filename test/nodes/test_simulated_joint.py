@@ -17,6 +17,7 @@ import yaml
 
 rclpy = pytest.importorskip("rclpy", reason="needs rclpy")
 
+from domains import next_domain  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
@@ -30,7 +31,7 @@ from flex_ident.virtual_joint import COBOT_JOINT, SERIES_ELASTIC_JOINT  # noqa: 
 
 pytestmark = pytest.mark.ros
 CONFIG = Path(__file__).resolve().parents[2] / "config" / "simulated_joint.yaml"
-DOMAIN = str(50 + os.getpid() % 50)
+DOMAIN = next_domain()
 TOPIC = "/forward_position_controller/commands"
 COMMAND = [sys.executable, "-m", "flex_ident.nodes", "simulated_joint", "--ros-args"]
 
