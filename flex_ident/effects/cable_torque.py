@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
-from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales
+from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales, at_size
 from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import GRAVITY, Term
 
@@ -27,16 +27,17 @@ def _probes(scales: Scales) -> Iterator[Probe]:
         yield Probe(columns, names, one_sided=False, smooth=True)
 
 
-def _unseen(model: Values) -> tuple[Mapping[str, float], ...]:
+def _unseen(model: Values) -> tuple[Probe, ...]:
     """All of it, or beside a spring in the model the constant that may as well be on the motor: it bends the joint, and
     turns gravity."""
     if "cable_torque" in model.effects:
         constant = max((abs(model[key]) for key in CONSTANTS if key in model), default=0.0)
-        return () if "torque" in model.effects["cable_torque"] or constant == 0.0 else ({"torque": constant},)
+        return () if "torque" in model.effects["cable_torque"] or constant == 0.0 else (at_size({"torque": constant}),)
     weight = GRAVITY * math.hypot(model.get("MX", 0.0), model.get("MY", 0.0))
     if weight == 0.0:
         return ()
-    return {"stiffness": USUAL_SPRING * weight}, {"cosine": USUAL_LEVER * weight}, {"sine": USUAL_LEVER * weight}
+    sizes = {"stiffness": USUAL_SPRING, "cosine": USUAL_LEVER, "sine": USUAL_LEVER}
+    return tuple(at_size({key: share * weight}) for key, share in sizes.items())
 
 
 CABLE_TORQUE = Effect(

@@ -104,9 +104,9 @@ class Effect:
     """Where a fit may start that the fit without the effect is too far off for; None where there is nothing better."""
     priors: Callable[[Floats], Mapping[str, Prior]] | None = None
     """What is known of its parameters before the fit, from the magnitude of the recorded torque (n,), N m."""
-    unseen: Callable[[Values], tuple[Mapping[str, float], ...]] | None = None
-    """What of it may be in any joint, from the model's own values: alternatives of its parameters that are not in
-    the model, at one standard deviation each. The intervals hold it as far as the recording does not rule it out."""
+    unseen: Callable[[Values], tuple[Probe, ...]] | None = None
+    """What of it may be in any joint, from the model's own values: alternatives that are not in the model, of one
+    column at one standard deviation each. The intervals hold it as far as the recording does not rule it out."""
     reach: Callable[[Mapping[str, float], Values], str] | None = None
     """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
     curve: Curve | None = None

@@ -6,12 +6,18 @@ import math
 from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
-from flex_ident.effects.probe import Probe, Scales, in_proportion
+from flex_ident.effects.probe import Probe, Scales, at_size, in_proportion
 from flex_ident.effects.starting import Scans, Start
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import Term
 
 LEAST_FRICTION = 0.05
 """Share of the link's viscous friction that is left when damping takes its part over."""
+
+
+USUAL_LOSS = 0.01
+"""Loss factor that may be in any spring, one standard deviation, set by hand: steel in torsion loses less, a strain
+wave gear more."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
@@ -29,6 +35,13 @@ def _start(scans: Scans) -> Start | None:
     return Start(values | friction | {"link_skew": 0.0}, {"damping": damping})
 
 
+def _unseen(model: Values) -> tuple[Probe, ...]:
+    """Of a spring without it: the usual loss at the locked-motor frequency."""
+    if "joint_damping" in model.effects or not 0.0 < model.get("K", 0.0) < math.inf or not model["JL"] > 0.0:
+        return ()
+    return (at_size({"damping": USUAL_LOSS * math.sqrt(model["K"] * model["JL"])}),)
+
+
 JOINT_DAMPING = Effect(
     name="joint_damping",
     summary="viscous damping across the spring",
@@ -43,6 +56,7 @@ JOINT_DAMPING = Effect(
         ),
     ),
     probes=_probes,
+    unseen=_unseen,
     start=_start,
     trades_with=("FV", "FVm"),
     trade_error=0.03,  # it, friction on either side and the encoders' instants: found on two plants, not the model

@@ -7,12 +7,16 @@ from collections.abc import Iterator
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
+from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import Term
 
 TIMES = (0.2, 1.0, 5.0, 25.0)
 """Times of relaxation tried, over that of the locked-motor frequency, 1 / (2 pi f)."""
 SHARE = 0.1
 """Stiffness of the part tried, over the spring's."""
+USUAL_SHARE, USUAL_TIMES = 0.01, (0.2, 1.0, 5.0)
+"""What may be in any spring, one standard deviation: a part of that share of its stiffness, as lossy as `joint_damping`
+has it, and its times of relaxation."""
 SHORTEST_S, LONGEST_S = 1e-4, 100.0
 """A part that relaxes sooner is a damper; one that does so later is a spring."""
 
@@ -22,6 +26,16 @@ def _probes(scales: Scales) -> Iterator[Probe]:
     unit = math.sqrt(scales.model["JL"] / stiffness)
     for time in TIMES:
         yield at_size({"stiffness": SHARE * stiffness, "time": time * unit}, scaled=("stiffness",))
+
+
+def _unseen(model: Values) -> tuple[Probe, ...]:
+    """Of a spring without it: parts that relax about the time of a swing."""
+    stiffness = model.get("K", 0.0)
+    if "viscoelastic_spring" in model.effects or not 0.0 < stiffness < math.inf or not model["JL"] > 0.0:
+        return ()
+    unit = math.sqrt(model["JL"] / stiffness)
+    parts = ({"stiffness": USUAL_SHARE * stiffness, "time": time * unit} for time in USUAL_TIMES)
+    return tuple(at_size(part, scaled=("stiffness",)) for part in parts)
 
 
 VISCOELASTIC_SPRING = Effect(
@@ -37,6 +51,7 @@ VISCOELASTIC_SPRING = Effect(
         ),
     ),
     probes=_probes,
+    unseen=_unseen,
     where="spring",
     signature="a residual proportional to deflection at high frequencies and to its rate at low ones",
     bin_by="spring_deflection",

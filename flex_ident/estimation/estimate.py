@@ -74,7 +74,9 @@ class Estimate:
     coupling: Coupling | None = None
     """What the motion of other joints explains of what is left; None where none moved."""
     unseen: Mapping[str, float] = field(default_factory=dict)
-    """Standard deviation of a key for effects that may be there unseen (`unseen_effects`)."""
+    """Standard deviation of a key for effects on the link that may be there unseen (`unseen_effects`)."""
+    lossy: Mapping[str, float] = field(default_factory=dict)
+    """The same for a loss of the spring."""
     other: OtherEnd | None = None
     """Where another start ended that is as likely; None where there is none."""
     kind: KindFit | None = None
@@ -239,7 +241,6 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         factor = strained_factor(ends, matter)
         joined = replace(joined, covariance=joined.covariance + (factor**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)
-    unseen = unseen_stds(solver, fit)
-    return Estimate(
-        problem, solver, fit, joined, validation, trained.values, left, found, plain, matter, coupling, unseen, other
-    )
+    unseen, lossy = (unseen_stds(solver, fit, where) for where in ("link", "spring"))
+    known = (trained.values, left, found, plain, matter, coupling, unseen, lossy, other)
+    return Estimate(problem, solver, fit, joined, validation, *known)

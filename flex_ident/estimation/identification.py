@@ -31,7 +31,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, rigid_objection, spring_is_open
 from flex_ident.estimation.thresholds import SENSOR_LEFT
-from flex_ident.estimation.unseen_effects import gravity_notice
+from flex_ident.estimation.unseen_effects import gravity_notice, loss_notices
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.priorities import LOADED
@@ -329,6 +329,7 @@ def identification_of(
     notices += [rigid_link] if rigid_link is not None else []
     gravity = gravity_notice(estimate.unseen, fit, estimate.uncertainty)
     notices += [gravity] if gravity is not None else []
+    notices += loss_notices(estimate.lossy, fit.values)
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))
     if response is not None and derived:

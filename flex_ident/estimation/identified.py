@@ -16,6 +16,7 @@ from flex_ident.estimation.thresholds import (
     LINK_REVERSAL_SEEN,
     REVERSAL_ERROR,
 )
+from flex_ident.estimation.unseen_effects import loss_error
 from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters import Parameter
 from flex_ident.parameters.values import Values
@@ -70,7 +71,8 @@ def reversal_error(estimate: Estimate, key: str) -> float:
 
 def beside_its_like(estimate: Estimate) -> bool:
     """Whether a model holds an effect that another of the same kind may be beside: then the intervals hold that one."""
-    return any(CATALOGUE[name].unseen is not None for name in estimate.fit.values.effects)
+    held = (CATALOGUE[name] for name in estimate.fit.values.effects)
+    return any(effect.unseen is not None and effect.where == "link" for effect in held)
 
 
 def identified_parameter(estimate: Estimate, key: str) -> Parameter:
@@ -80,7 +82,8 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     if key not in MEASUREMENT_KEYS:
         std = math.hypot(std, folding_error(estimate) * value)
     beside = estimate.unseen.get(key, 0.0) if beside_its_like(estimate) else 0.0
-    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside)
+    loss = loss_error(key, value, estimate.lossy)
+    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside, loss)
     at_bound = key in estimate.fit.at_bound
     ci95 = None
     if at_bound:

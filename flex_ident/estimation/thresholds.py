@@ -35,6 +35,10 @@ UNSEEN_SHARE = 0.03
 """Share of the link's inertia whose swinging at 1.2 bands, as a tenth at 2.2 bands, nobody would have noticed."""
 NOTED_STDS, NOTED_SHARE = 3.0, 0.02
 """Standard deviations, and share, by which an unseen cable must be able to move a first moment to be spoken of."""
+LOSS_MATTERS = 0.1
+"""Share of viscous friction by which a loss of the spring that nobody sees must be able to move it to be in its
+interval. Set by hand; an adversary's arms, whose springs lost 1 %, had FV 10 to 40 % off. In the intervals whatever its
+size, it made FV of clean recordings of the motor alone (`bench/coverage.py`, seed 251) up to 25 times as uncertain."""
 STRAIN = 4.0
 """Factor on every standard deviation where a nuisance is at its end: a PRBS commanded and sampled at 500 Hz, whose
 torque folds back from above half the rate, moved K by 9 of them."""

@@ -342,6 +342,13 @@ class Code(StrEnum):
         "Move over a larger range (chirp.profile: rich); with a spring or a cable on the link, run explain_gap --add "
         "cable_torque.",
     )  # fmt: skip
+    LOSS_UNSEEN = (
+        "loss_unseen", "info",
+        "Viscous friction holds as far as the spring has no loss of its own: one of a hundredth, which this recording "
+        "does not show, damps the mode likewise. The interval holds it.",
+        "Read a link encoder and sweep well beyond both resonances; with a spring that is known to lose, run "
+        "explain_gap --add joint_damping or viscoelastic_spring.",
+    )  # fmt: skip
     STRUCTURED_LINK = (
         "structured_link", "doubt",
         "The link's position is not what the model says, by more than its noise: the link encoder sits behind a "

@@ -313,6 +313,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "would move {subject} by {moved_percent:.2g} % ({moved_stds:.0f} standard deviations), and over this range "
         "nothing tells them apart."
     ),
+    Code.LOSS_UNSEEN: (
+        "{subject} holds as far as the spring has no loss of its own: a hundredth, which this recording does not show, "
+        "would move it by {moved_percent:.2g} %; its interval holds that."
+    ),
     Code.STRUCTURED_LINK: (
         "the model leaves {gap:.3g} {unit} rms of the link's position, of which noise accounts for {noise:.3g}: the "
         "link encoder reads something else than this link, or sits behind a further spring."
