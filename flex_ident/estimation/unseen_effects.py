@@ -57,14 +57,15 @@ def _small(name: str, probe: Probe) -> Values:
 
 
 def loss_error(key: str, value: float, lossy: Mapping[str, float]) -> float:
-    """Standard deviation of viscous friction for a loss of the spring that nobody sees, from the share on that matters.
+    """Standard deviation of viscous friction for a loss of the spring that nobody sees, where its share matters.
 
     Below, friction is what the model without loss calls it: in all of it, FV of clean recordings would be ten times as
     uncertain as it is off (`bench/coverage.py`, seed 251).
     """
     if key not in LOSS_KEYS:
         return 0.0
-    return math.sqrt(max(lossy.get(key, 0.0) ** 2 - (LOSS_MATTERS * value) ** 2, 0.0))
+    moved = lossy.get(key, 0.0)
+    return moved if moved > LOSS_MATTERS * abs(value) else 0.0
 
 
 def loss_notices(lossy: Mapping[str, float], values: Values) -> Iterator[Notice]:
