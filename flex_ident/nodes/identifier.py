@@ -37,13 +37,15 @@ from flex_ident.nodes.usage import Usage
 
 COMMANDS_ONLY = ("out",)
 """Keys of the commands that a file for both may hold."""
-SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in (*COMMANDS_ONLY, "model"))
+SETTINGS = tuple(s for s in IDENTIFY_SETTINGS if s.key not in (*COMMANDS_ONLY, "model", "urdf"))
 NODE_SETTINGS = (
     Setting(
         "bag", "", "the recording: a path inside bag_directories; several, as a list or with ';' between them, are one "
         "joint recorded several times", many=True, separator=";",
     ),
     Setting("model", "", "a model.yaml to start from, inside bag_directories"),
+    Setting("urdf", "", "the robot's URDF, inside bag_directories: which way gravity pulls on this joint, and whether "
+            "the effort holds it"),
     Setting("baseline", "", "a result.json or gap.json of the joint, or its folder, inside bag_directories: what "
             "~/health compares with"),
     *GAP_SETTINGS,
@@ -205,7 +207,7 @@ class Identifier(Node):
         bags = texts_of(values["bag"]) or [""]
         values["bags"] = [allowed_path(text, folders, what="bag") for text in bags]
         values["bag"] = str(values["bags"][0])
-        for key in ("model", "simulated"):
+        for key in ("model", "urdf", "simulated"):
             if values[key]:
                 values[key] = str(allowed_path(str(values[key]), folders, what=key))
         if values["joint"] == "all":

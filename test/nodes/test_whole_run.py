@@ -14,6 +14,11 @@ from rig import JOINT, rig
 from std_srvs.srv import Trigger
 
 pytestmark = pytest.mark.ros
+URDF = f"""<robot name="arm"><link name="base"/>
+<link name="forearm"><inertial><mass value="3"/><origin xyz="-0.1667 0 -1"/></inertial></link>
+<joint name="{JOINT}" type="continuous"><parent link="base"/><child link="forearm"/><axis xyz="0 1 0"/></joint>
+</robot>"""
+"""A body with the first moments of the simulated joint."""
 TRUTH = {"Jm": 1.0, "K": 1.0e4, "JL": 1.0}
 
 
@@ -31,8 +36,9 @@ def test_excite_record_identify(storage: str, tmp_path: Path) -> None:
         assert [s for s in made.states if s != "idle"][-1] == "done"
         bag = made.bag()
         assert "0 lost" in made.output("chirp_exciter")
+        (tmp_path / "robot.urdf").write_text(URDF)
         made.start("identifier", {
-            "bag_directories": [str(tmp_path)], "bag": str(bag), "joint": JOINT,
+            "bag_directories": [str(tmp_path)], "bag": str(bag), "joint": JOINT, "urdf": "robot.urdf",
             "output_directory": str(tmp_path / "results"),
         })  # fmt: skip
         success, message = made.call("/identifier/identify", 60.0)
@@ -44,6 +50,8 @@ def test_excite_record_identify(storage: str, tmp_path: Path) -> None:
             assert abs(p["value"] / true - 1.0) < 0.05, key
         answer = made.ask(SelfTest, "/identifier/self_test", SelfTest.Request(), 60.0)
         status = {s.name: {v.key: v.value for v in s.values} for s in answer.status}
+        (weight,) = (w for w in content["warnings"] if w["code"] == "urdf_gravity")
+        assert abs(weight["numbers"]["share_percent"] - 100.0) < 35.0
         assert float(status["K"]["value"]) == content["parameters"]["K"]["value"]
         assert (tmp_path / "results" / f"{bag.stem}_{JOINT}" / "report.html").exists()
         client = made.node.create_client(Trigger, "/identifier/explain_gap")
@@ -72,6 +80,13 @@ def test_a_bag_outside_the_allowed_folders_is_refused(tmp_path: Path) -> None:
         success, message = made.call("/identifier/identify")
         assert not success
         assert "outside the folders allowed" in message
+        (tmp_path / "allowed" / "bag").mkdir()
+        assert made.set_parameter("identifier", "bag", "bag") == ""
+        for urdf, said in ((tmp_path / "secret" / "robot.urdf", "outside the folders"), ("robot.urdf", "No such file")):
+            assert made.set_parameter("identifier", "urdf", str(urdf)) == ""
+            success, message = made.call("/identifier/identify")
+            assert not success
+            assert said in message
 
 
 @pytest.mark.parametrize(

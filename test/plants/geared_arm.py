@@ -15,14 +15,15 @@ STEP_S = 5e-5
 GRAVITY = 9.80665
 RESOLUTION, NOISE = 2e-6, 0.005
 """Of the encoder, rad; of the effort, over its standard deviation."""
+RELAXATION_S = 0.01
 
 
-def recorded_arm(*, damping: float = 0.0, relaxing: float = 0.0, relaxation_s: float = 0.01, seed: int = 1) -> Recording:
+def recorded_arm(*, damping: float = 0.0, relaxing: float = 0.0, seed: int = 1) -> Recording:
     """A falling chirp of 30 s at 250 Hz, motor alone: `damping` across the spring, N m s/rad, and a part that relaxes,
     N m/rad."""
     time = np.arange(int(30.0 / STEP_S)) * STEP_S
     reference = _chirp(time, 0.5, 20.0, 0.15)
-    values = np.array([*TRUTH.values(), damping, relaxing, relaxation_s])
+    values = np.array([*TRUTH.values(), damping, relaxing, RELAXATION_S])
     speed = np.gradient(reference, STEP_S)
     position, torque = _played(values, reference, speed, np.gradient(speed, STEP_S))
     every = round(1.0 / 250.0 / STEP_S)
