@@ -27,6 +27,7 @@ from flex_ident.estimation.kind_priors import as_told, friction_keys
 from flex_ident.estimation.mode_seen import with_mode_judged
 from flex_ident.estimation.motion_told import with_motion_told
 from flex_ident.estimation.motor_current import kind_beside_current, with_motor_side
+from flex_ident.estimation.motor_side import motor_side_notice
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, rigid_objection, spring_is_open
@@ -328,7 +329,8 @@ def identification_of(
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
     notices += [rigid_link] if rigid_link is not None else []
     gravity = gravity_notice(estimate.unseen, fit, estimate.uncertainty)
-    notices += [gravity] if gravity is not None else []
+    on_motor = motor_side_notice(problem, fit, estimate.uncertainty, estimate.unseen)
+    notices += [notice for notice in (gravity, on_motor) if notice is not None]
     notices += loss_notices(estimate.lossy, fit.values)
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))

@@ -342,6 +342,13 @@ class Code(StrEnum):
         "Move over a larger range (chirp.profile: rich); with a spring or a cable on the link, run explain_gap --add "
         "cable_torque.",
     )  # fmt: skip
+    SLOPE_TAKEN_ON_LINK = (
+        "slope_taken_on_link", "info",
+        "K and JL hold where the torque that grows with the position acts on the link: from the motor alone, a spring "
+        "or cogging on the motor's side is the same for other K and JL.",
+        "Read a link encoder; or move over a larger range (chirp.profile: rich), where gravity bends and a spring does "
+        "not.",
+    )  # fmt: skip
     LOSS_UNSEEN = (
         "loss_unseen", "info",
         "Viscous friction holds as far as the spring has no loss of its own: one of a hundredth, which this recording "
