@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from flex_ident.gap.explanation import Rejected, Untestable
+from flex_ident.gap.objections import own_error_of
 from flex_ident.gap.thresholds import NEAR_TIE
-from flex_ident.gap.trials import Trial, own_error_of
+from flex_ident.gap.trials import Trial
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
 

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from flex_ident.errors import ExcitationError
 from flex_ident.gap.explanation import Rejected
 from flex_ident.gap.found import Accepted, Search
+from flex_ident.gap.objections import values_with
 from flex_ident.gap.thresholds import MOST_OF_IT
-from flex_ident.gap.trials import closed_share, compared, final_polish, tried, values_with, without
+from flex_ident.gap.trials import closed_share, compared, final_polish, tried, without
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit

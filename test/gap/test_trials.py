@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flex_ident.gap.objections import within_own_error, within_rounding
 from flex_ident.gap.thresholds import OWN_ERROR
-from flex_ident.gap.trials import unstuck, within_own_error
+from flex_ident.gap.trials import unstuck
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
 from flex_ident.parameters.prior import Prior
@@ -35,6 +36,14 @@ def fit_at(values: Values, residual: Floats, free: tuple[str, ...] = ()) -> Fit:
 def test_what_changes_less_than_the_method_may_be_wrong_by_is_no_cause(changes: dict[str, float], little: bool) -> None:
     """However certain: two clean joints with fine link encoders had a name for 0.13 % of the deflection."""
     assert bool(within_own_error(changes, OWN_ERROR)) == little
+
+
+def test_a_periodic_error_within_its_encoders_rounding_is_none() -> None:
+    """A direct drive without any was given one of a tenth of a step (`bench/coverage.py --explain`, seed 361)."""
+    step = 2.0 * np.pi / 2**17
+    assert "rounding" in within_rounding(0.4 * step, step / np.sqrt(12.0))
+    assert within_rounding(0.5 * step, step / np.sqrt(12.0)) == ""
+    assert within_rounding(0.0, step) == ""
 
 
 @dataclass
