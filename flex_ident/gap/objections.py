@@ -76,10 +76,10 @@ def objection_to(
     vague = _weakest(solver, fit, shape, SIGNIFICANT_SHAPE) if shape else None
     if vague is not None:
         return f"its shape is not determined: {vague[0]} is known to {vague[1]:.1f} standard deviations"
-    if candidate.replaces:
-        value, period = abs(fit.values[candidate.keys[0]]), solver.problem.recording.sample_time
-        if value < period:
-            return f"{1e3 * value:.2f} ms is less than one sample: measurement, corrected for"
+    times = [abs(fit.values[k]) for k in candidate.keys if parameter_named(k).unit == "s"]
+    if min(times, default=math.inf) < solver.problem.recording.sample_time:
+        what = "measurement, corrected for" if candidate.replaces else "the recording does not show what is in between"
+        return f"{1e3 * min(times):.2f} ms is less than one sample: {what}"
     if share < SMALLEST_SHARE:
         return f"it closes {100 * share:.0f} % of the gap only, {100 * SMALLEST_SHARE:.0f} % needed for a cause"
     return ""
