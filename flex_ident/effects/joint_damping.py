@@ -13,8 +13,6 @@ from flex_ident.simulation.terms import Term
 
 LEAST_FRICTION = 0.05
 """Share of the link's viscous friction that is left when damping takes its part over."""
-
-
 USUAL_LOSS = 0.01
 """Loss factor that may be in any spring, one standard deviation, set by hand: steel in torsion loses less, a strain
 wave gear more."""

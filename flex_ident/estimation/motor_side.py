@@ -42,7 +42,8 @@ def motor_side_notice(problem: FitProblem, fit: Fit, known: Uncertainty, unseen:
     if not moved > max(NOTED_STDS * std, NOTED_SHARE):
         return None
     sizes = {
-        "slope": slope, "moved_percent": 100.0 * (softer**2 - 1.0), "moved_stds": moved / std,
+        "moved_percent": 100.0 * (softer**2 - 1.0),
+        "moved_stds": moved / std,
         "stiffness_percent": 100.0 * (softer - 1.0),
-    }  # fmt: skip
+    }
     return Notice(Code.SLOPE_TAKEN_ON_LINK, "JL", sizes)

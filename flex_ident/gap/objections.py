@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from flex_ident.effects import effect_named, parameter_named
+from flex_ident.errors import ExcitationError
 from flex_ident.gap.thresholds import (
     EVIDENCE,
     HELD_OUT_T,
@@ -47,11 +48,10 @@ def objection_to(
     if held.t < needed:
         needed = min(needed, HELD_OUT_T[-1][1])
         return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {needed} needed)"
-    alone = values_with(fit.values, [k for k in fit.free if k not in candidate.keys])
-    for other in (before.values, alone):  # what does little by itself may only have led the fit out of a minimum
-        little = within_own_error(_changes(solver, other, fit.values), own_error)
-        if little:
-            return little
+    little = within_own_error(_changes(solver, before.values, fit.values), own_error)
+    little = little or within_own_error(_own_changes(solver, fit, candidate), own_error)
+    if little:
+        return little
     rounded = within_rounding(_periodic_error(fit, candidate), position_noise(solver.problem))
     if rounded:
         return rounded
@@ -138,6 +138,16 @@ def _changes(solver: SteadyFit, before: Values, after: Values) -> dict[str, floa
     return {
         name: float(np.std((b - a)[rows])) / size for (name, size), a, b in zip(sizes.items(), one, two, strict=True)
     }
+
+
+def _own_changes(solver: SteadyFit, fit: Fit, candidate: Candidate) -> dict[str, float]:
+    """What the candidate changes by itself, all else held: one that does little may only have led the fit out of a
+    minimum. Nothing can be said where the model runs away without it."""
+    alone = values_with(fit.values, [k for k in fit.free if k not in candidate.keys])
+    try:
+        return _changes(solver, alone, fit.values)
+    except ExcitationError:
+        return {"torque": math.inf}
 
 
 def _torque_rms(solver: SteadyFit, fit: Fit) -> float:

@@ -12,9 +12,7 @@ from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.base_fit import clearly_lower, with_nuisances_anew
 from flex_ident.gap.objections import objection_to, values_with
-from flex_ident.gap.thresholds import (
-    WORTH_ANOTHER,
-)
+from flex_ident.gap.thresholds import WORTH_ANOTHER
 from flex_ident.likelihood.comparison import HeldOut, correlation_factor, held_out_comparison, log_likelihood_gain
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import coulomb

@@ -314,9 +314,9 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "nothing tells them apart."
     ),
     Code.SLOPE_TAKEN_ON_LINK: (
-        "{subject} holds where the {slope:.3g} N m/rad by which the torque grows with the position act on the link: "
-        "on the motor (a cable, cogging) they would make {subject} {moved_percent:+.2g} % ({moved_stds:.0f} standard "
-        "deviations) and K {stiffness_percent:+.2g} %, and over this range nothing tells."
+        "{subject} holds where the torque that grows with the position acts on the link: on the motor (a cable, "
+        "cogging) it would make {subject} {moved_percent:+.2g} % ({moved_stds:.0f} standard deviations) and K "
+        "{stiffness_percent:+.2g} %, and over this range nothing tells."
     ),
     Code.LOSS_UNSEEN: (
         "{subject} holds as far as the spring has no loss of its own: a hundredth, which this recording does not show, "
