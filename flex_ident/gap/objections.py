@@ -142,12 +142,13 @@ def _changes(solver: SteadyFit, before: Values, after: Values) -> dict[str, floa
 
 def _own_changes(solver: SteadyFit, fit: Fit, candidate: Candidate) -> dict[str, float]:
     """What the candidate changes by itself, all else held: one that does little may only have led the fit out of a
-    minimum. Nothing can be said where the model runs away without it."""
+    minimum. Infinitely much where the model runs away without it."""
     alone = values_with(fit.values, [k for k in fit.free if k not in candidate.keys])
     try:
-        return _changes(solver, alone, fit.values)
+        changes = _changes(solver, alone, fit.values)
     except ExcitationError:
         return {"torque": math.inf}
+    return {name: change if math.isfinite(change) else math.inf for name, change in changes.items()}
 
 
 def _torque_rms(solver: SteadyFit, fit: Fit) -> float:
