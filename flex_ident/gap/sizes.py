@@ -24,7 +24,7 @@ class GapSize:
         """Whether this is the smaller gap, of both signals together where both were recorded.
 
         The logarithm of each counts alike, as in the likelihood of white noise of unknown size. That the torque's gap
-        does not grow over the whole recording, `gap.trials` has seen to.
+        does not grow over the whole recording, `gap.objections` has seen to.
         """
         if self.link is None or before.link is None:
             return self.torque < before.torque
