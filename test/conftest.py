@@ -1,6 +1,7 @@
 """The plants that tests take their truth from can be imported by every test; files of long tests come first."""
 
 import os
+import signal
 import sys
 from collections import Counter
 from pathlib import Path
@@ -13,6 +14,8 @@ sys.path[:0] = [str(HERE / "plants"), str(HERE / "nodes")]
 from domains import next_domain  # noqa: E402
 
 os.environ["ROS_DOMAIN_ID"] = next_domain()
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:  # by nohup; the processes of tests shall not inherit that
+    signal.signal(signal.SIGHUP, lambda _number, _frame: None)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
