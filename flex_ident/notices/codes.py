@@ -352,9 +352,9 @@ class Code(StrEnum):
     LOSS_UNSEEN = (
         "loss_unseen", "info",
         "Viscous friction holds as far as the spring has no loss of its own: one of a hundredth, which this recording "
-        "does not show, damps the mode likewise. The interval holds it.",
-        "Read a link encoder and sweep well beyond both resonances; with a spring that is known to lose, run "
-        "explain_gap --add joint_damping or viscoelastic_spring.",
+        "does not rule out, damps the mode likewise. The interval holds it.",
+        "Sample faster and sweep well beyond both resonances; with a spring that is known to lose, run explain_gap "
+        "--add joint_damping or viscoelastic_spring.",
     )  # fmt: skip
     STRUCTURED_LINK = (
         "structured_link", "doubt",

@@ -319,8 +319,8 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{stiffness_percent:+.2g} %, and over this range nothing tells."
     ),
     Code.LOSS_UNSEEN: (
-        "{subject} holds as far as the spring has no loss of its own: a hundredth, which this recording does not show, "
-        "would move it by {moved_percent:.2g} %; its interval holds that."
+        "{subject} holds as far as the spring has no loss of its own: a hundredth, as far as this recording "
+        "does not rule it out, would move it by {moved_percent:.2g} %; its interval holds that."
     ),
     Code.STRUCTURED_LINK: (
         "the model leaves {gap:.3g} {unit} rms of the link's position, of which noise accounts for {noise:.3g}: the "

@@ -11,7 +11,7 @@ OWN = 4
 """Domains of a process in turn: a node that was killed is still known in its own for 20 s, Fast DDS's lease."""
 WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 WORKERS = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-FIRST = int(os.environ.get("ROS_DOMAIN_ID", os.getpid()))
+FIRST = int(os.environ.get("ROS_DOMAIN_ID") or os.getpid())
 """What the run was given, which its worker processes inherit."""
 _turns = count()
 
