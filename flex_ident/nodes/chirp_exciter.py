@@ -242,7 +242,6 @@ def main(arguments: list[str] | None = None) -> int:
             time.sleep(HOUSEKEEPING_S)  # the last state leaves before the context does
         finally:
             node.end()
-            node.destroy_node()
         return node.run.status
 
     share_no_memory()

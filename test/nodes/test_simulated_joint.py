@@ -167,9 +167,11 @@ def test_states_at_1_khz_commands_and_the_description(watcher: Watcher, start: A
     commands.publish(Float64MultiArray(data=[0.35, 0.0]))
     assert watcher.listen(1.5)[-1].position[0] == pytest.approx(0.35, abs=2e-3)
     process.send_signal(signal.SIGINT)
-    assert process.wait(10.0) == 0
+    status = process.wait(10.0)
     assert process.stderr is not None
-    assert "Traceback" not in process.stderr.read()
+    said = process.stderr.read()
+    assert status == 0, said
+    assert "Traceback" not in said
 
 
 def test_trajectories_and_time_that_runs_faster(watcher: Watcher, start: Any) -> None:
