@@ -12,7 +12,15 @@ from flex_ident.recording import Recording
 from flex_ident.report.advice import told
 from flex_ident.report.curve_plot import curve_name
 from flex_ident.report.figures import embedded
-from flex_ident.report.gap_table import SUMMARY, change, closed_share, do_first, finding_text, others_text, warnings_of
+from flex_ident.report.gap_table import (
+    change,
+    closed_share,
+    do_first,
+    finding_text,
+    others_text,
+    summary_text,
+    warnings_of,
+)
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
 from flex_ident.report.table import meaning_of, parameter_row
 
@@ -41,7 +49,7 @@ def gap_html(explanation: GapExplanation, recording: Recording, figures: Mapping
     ]
     return page_html(
         title=f"{e.joint}: the gap explained", heading=f"{e.joint}: what the model lacks", verdict=e.verdict,
-        summary=SUMMARY[e.verdict].capitalize() + ".", merits=merits, sections=sections,
+        summary=summary_text(e).capitalize() + ".", merits=merits, sections=sections,
         source=f"Recording: {recording.path} (sha256 {recording.sha256[:16]}…). Sensors {e.sensors}.",
     )  # fmt: skip
 

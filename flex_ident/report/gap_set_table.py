@@ -10,7 +10,7 @@ from flex_ident.report.several_table import HEADER, IN_CURRENT, said, several_ro
 from flex_ident.report.table import rounded, text_table
 
 SUMMARY = {
-    "complete": "nothing is missing in any recording: what is left of the gaps is noise",
+    "complete": "no effect shows that is missing in any recording: what is left of the gaps is noise",
     "explained": "what was missing is named and holds in recordings that it was not taken from; the rest is noise",
     "partly_explained": "something was missing and is named, but a gap remains in some of the recordings",
     "unexplained": "a gap remains that no effect accounts for which holds over the recordings",

@@ -13,12 +13,21 @@ from flex_ident.report.table import rounded, text_table
 from flex_ident.report.units import words_of
 
 SUMMARY = {
-    "complete": "nothing is missing: what is left of the gap is noise",
+    "complete": "no effect shows that is missing: what is left of the gap is noise",
     "explained": "what was missing is named, and the rest is noise",
     "partly_explained": "something was missing and is named, but a gap remains",
     "unexplained": "a gap remains that no effect of the catalogue accounts for",
     "rejected": "the base model does not describe this recording at all",
 }
+GRANTED = (Code.LINK_TAKEN_AS_RIGID, Code.GRAVITY_TAKEN_ALONE, Code.SLOPE_TAKEN_ON_LINK, Code.LOSS_UNSEEN)
+"""What the model takes for granted where the recording cannot show it."""
+GRANTED_BELOW = "; what the recording cannot show and the model takes for granted is said below"
+
+
+def summary_text(e: GapExplanation) -> str:
+    """What the verdict means; and, where all is noise, that this rests on what the recording cannot show."""
+    granted = e.verdict in ("complete", "explained") and any(n.code in GRANTED for n in e.final.notices)
+    return SUMMARY[e.verdict] + (GRANTED_BELOW if granted else "")
 
 
 def finding_text(finding: Finding) -> str:
@@ -96,7 +105,7 @@ def _steps_text(e: GapExplanation) -> str:
 def gap_text(explanation: GapExplanation) -> str:
     """Verdict, steps, findings, regions, what was not accepted and what could not be tested."""
     e = explanation
-    lines = [f"{e.joint}: {e.verdict.replace('_', ' ')}: {SUMMARY[e.verdict]}  (sensors {e.sensors})", ""]
+    lines = [f"{e.joint}: {e.verdict.replace('_', ' ')}: {summary_text(e)}  (sensors {e.sensors})", ""]
     first = do_first(e)
     lines += [f"do this first: {first}", ""] if first else []
     lines.append(_steps_text(e))

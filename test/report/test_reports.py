@@ -131,6 +131,16 @@ def test_a_rejected_explanation_says_what_to_do_first() -> None:
     assert "warning: Jm, K and JL are not determined" in text
 
 
+def test_the_headline_says_where_the_model_takes_something_for_granted() -> None:
+    assert "granted" not in gap_text(explanation()).splitlines()[0]
+    lossy = Notice(Code.LOSS_UNSEEN, "FV", {"moved_percent": 12.0})
+    text = gap_text(explanation(final=result("trusted", 1.0, (), lossy)))
+    assert "takes for granted is said below" in text.splitlines()[0]
+    assert sentence(lossy).rstrip(".") in text
+    unexplained = explanation(verdict="unexplained", final=result("doubtful", 20.0, (), lossy))
+    assert "granted" not in gap_text(unexplained).splitlines()[0]
+
+
 def test_shares_of_the_gap_are_words_where_numbers_would_puzzle() -> None:
     assert [closed_share(x) for x in (-0.62, -0.001, 0.4, 1.2)] == ["makes it worse", "0", "40", "100"]
     assert [change(1.0, x, 1) for x in (0.9999, 1.0, 0.5)] == ["±0 %", "±0 %", "-50.0 %"]
