@@ -1,4 +1,4 @@
-"""What `confusion.py` hides in a joint: every effect of the catalogue and three that are none of it, with sizes.
+"""What `confusion.py` hides in a joint: every law of the catalogue and three that are none of it, with sizes.
 
 Sizes are log-uniform from what is nearly lost in the noise to what nobody would overlook, relative to the joint's own
 torque, speed and deflection along the chirp.
@@ -14,9 +14,11 @@ import numpy as np
 from flex_ident.effects import CATALOGUE
 
 OUTSIDE = ("friction_jump", "load_dead_time", "bristles")
-"""Friction that jumps at one angle; torque recorded late by a time that grows with the load; presliding (LuGre)."""
+"""Friction that jumps at one angle; torque recorded late by a time that grows with the load; a second dry friction
+that slides elastically first, beside one that does not."""
 NONE = "none"
-CLASSES = (NONE, *CATALOGUE, *OUTSIDE)
+CLASSES = (NONE, *(name for name, effect in CATALOGUE.items() if effect.curve is None), *OUTSIDE)
+"""Tables are for laws that have no name: `unnamed_laws.py` hides those."""
 NEEDS_LINK = tuple(name for name, effect in CATALOGUE.items() if effect.needs_link)
 SLOWEST_CYCLES, FASTEST_CYCLES = 40.0, 300.0
 HIGHEST_SECOND_MODE_HZ = 26.0
@@ -24,11 +26,12 @@ HIGHEST_SECOND_MODE_HZ = 26.0
 
 @dataclass(frozen=True)
 class Scales:
-    """Root mean squares along the experiment: torque, N m, motor velocity, rad/s, deflection, rad."""
+    """Root mean squares along the experiment: torque, N m, motor velocity, rad/s, deflection, rad; the range, rad."""
 
     torque: float
     velocity: float
     deflection: float
+    travel: float
     largest_torque: float
     duration_s: float
     sample_time: float
@@ -94,6 +97,22 @@ def hidden_effect(
             found = {"share": size(0.1, 0.7), "deflection": size(0.1, 1.0) * scales.deflection}
         case "saturation":
             found = {"limit": (1.0 - size(0.05, 0.5)) * scales.largest_torque}
+        case "iron_saturation":
+            found = {"loss": size(0.02, 0.2) / scales.largest_torque**2}
+        case "torque_droop":
+            found = {"loss": size(0.02, 0.2) / (2.0 * scales.velocity) ** 2}
+        case "presliding_friction":
+            found = {"deflection": size(0.002, 0.03) * scales.travel}
+        case "position_dependent_friction":
+            turns = size(2.0, 12.0) / scales.travel
+            found = {"amplitude": size(0.15, 0.8) * joint["FSm"], "cycles_per_turn": turns, "phase": phase}
+        case "cable_torque":
+            stiffness = size(0.03, 0.3) * scales.torque / scales.travel
+            found = {"stiffness": stiffness, "torque": sign * size(0.01, 0.1) * scales.torque}
+        case "mount_mode":
+            inertia = size(8.0, 60.0) * (joint["Jm"] + joint["JL"])
+            omega = 2.0 * math.pi * size(8.0, 40.0)
+            found = {"inertia": inertia, "stiffness": inertia * omega**2, "damping": 0.04 * inertia * omega}
         case "second_mode":
             return _second_mode(joint, size)
         case "friction_jump":

@@ -3,7 +3,7 @@
 Nothing is shared with `flex_ident.simulation`: forward dynamics under a position and velocity controller (the
 estimator runs the link from the recorded motor position), semi-implicit Euler at 200 steps a sample (whose torque acts
 half a step early), friction by projection, hysteresis as four slipping springs in parallel (the estimator knows Dahl's
-law).
+law), presliding friction as a bristle that is damped too, a base that feels the joint one step late.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ NAMES = (
     "ripple_cycles", "ripple_phase", "kinematic", "kinematic_cycles", "kinematic_phase", "limit", "second_inertia",
     "second_stiffness", "second_damping", "angle_jump", "angle_jump_at", "lugre", "lugre_bristle", "stribeck_link",
     "load_link", "quadratic_link", "asymmetry_link", "zone", "zone_deflection", "encoder",
-    "encoder_cycles", "encoder_phase", "branch", "branch_time",
+    "encoder_cycles", "encoder_phase", "branch", "branch_time", "uneven", "uneven_cycles", "uneven_phase",
+    "cable", "cable_torque", "iron", "droop", "bristle", "base_inertia", "base_stiffness", "base_damping",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(NAMES)}
 
@@ -44,6 +45,11 @@ KEYS = {
     "friction_jump.angle": "angle_jump_at", "bristles.torque": "lugre", "bristles.deflection": "lugre_bristle",
     "motor_encoder_error.amplitude": "encoder", "motor_encoder_error.cycles_per_turn": "encoder_cycles",
     "viscoelastic_spring.stiffness": "branch", "viscoelastic_spring.time": "branch_time",
+    "position_dependent_friction.amplitude": "uneven", "position_dependent_friction.cycles_per_turn": "uneven_cycles",
+    "position_dependent_friction.phase": "uneven_phase", "cable_torque.stiffness": "cable",
+    "cable_torque.torque": "cable_torque", "iron_saturation.loss": "iron", "torque_droop.loss": "droop",
+    "presliding_friction.deflection": "bristle", "mount_mode.inertia": "base_inertia",
+    "mount_mode.stiffness": "base_stiffness", "mount_mode.damping": "base_damping",
     "motor_encoder_error.phase": "encoder_phase", "soft_zone.share": "zone", "soft_zone.deflection": "zone_deflection",
 }  # fmt: skip
 """The plant's name for each key of a hidden effect; `time_delay`, `encoder_skew`, `effort_lag` and `load_dead_time`
@@ -73,7 +79,7 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
     slip = np.zeros(4)
     last_d = a - b
     c, vc = b, 0.0
-    bristle = branch = 0.0
+    bristle = branch = bent = base = base_rate = base_push = 0.0
     for k in range(n):
         read = a + p[41] * math.sin(p[42] * a + p[43])
         read_rate = va * (1.0 + p[41] * p[42] * math.cos(p[42] * a + p[43]))
@@ -85,6 +91,7 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
         torque[k] = u
         if p[27] > 0.0:
             u = min(max(u, -p[27]), p[27])
+        u /= 1.0 + p[51] * u * u
         warm = 1.0 + p[15] * k * ts
         for _ in range(STEPS):
             x = a + p[24] * math.sin(p[25] * a + p[26])
@@ -113,12 +120,25 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
             dry = p[4] + p[14] * abs(s) + (p[10] * math.exp(-((va / p[11]) ** 2)) if p[10] != 0.0 else 0.0)
             if a > p[32]:
                 dry += p[31]
+            if p[46] != 0.0:
+                dry += p[46] * math.sin(p[47] * a + p[48])
             dry *= warm
-            free = va + h * (u + disturbance[k] - gear * s - smooth) / p[0]
+            drive = u / (1.0 + p[52] * va * va) + disturbance[k]
+            if p[53] > 0.0:
+                stiff = dry / p[53]
+                rate = va - abs(va) / p[53] * bent
+                bent += h * rate
+                smooth += stiff * bent + 0.1 * math.sqrt(stiff * p[0]) * rate
+                dry = 0.0
+            brake = drive - gear * s - p[0] * base_push
+            old = va
+            free = va + h * (brake - smooth) / p[0]
             jump = h * dry / p[0]
             va = 0.0 if abs(free) <= jump else free - math.copysign(jump, free)
+            brake -= p[0] * (va - old) / h
             push = s - warm * (p[5] * vb + p[38] * abs(vb) + p[37] * vb * abs(vb))
-            push -= GRAVITY * (p[7] * math.cos(b) + p[8] * math.sin(b))
+            own = GRAVITY * (p[7] * math.cos(b + base) + p[8] * math.sin(b + base)) + p[2] * base_push
+            push -= own + p[49] * b + p[50]
             if p[28] > 0.0:
                 back = p[29] * (b - c) + p[30] * (vb - vc)
                 push -= back
@@ -127,7 +147,13 @@ def _run(p, ref, ts, kp, kv, ki, disturbance):
             free = vb + h * push / p[2]
             dry = p[6] + p[36] * abs(s) + (p[35] * math.exp(-((vb / p[11]) ** 2)) if p[35] != 0.0 else 0.0)
             jump = h * dry * warm / p[2]
+            old = vb
             vb = 0.0 if abs(free) <= jump else free - math.copysign(jump, free)
+            if p[54] > 0.0:
+                brake += s - own - p[2] * (vb - old) / h
+                base_push = (brake - drive - p[55] * base - p[56] * base_rate) / p[54]
+                base_rate += h * base_push
+                base += h * base_rate
             a += h * va
             b += h * vb
     return motor, link, torque
@@ -150,7 +176,7 @@ def scales_of(joint: str, experiment: Experiment) -> Scales:
     motor, link, torque = _driven(values, ref, rate, np.zeros(ref.size))
     return Scales(
         float(np.std(torque)), float(np.std(np.gradient(motor)) * rate), float(np.std(motor - link)),
-        float(np.max(np.abs(torque))), experiment.duration_s, 1.0 / rate,
+        float(np.ptp(motor)), float(np.max(np.abs(torque))), experiment.duration_s, 1.0 / rate,
     )  # fmt: skip
 
 
