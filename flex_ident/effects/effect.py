@@ -109,6 +109,9 @@ class Effect:
     column at one standard deviation each. The intervals hold it as far as the recording does not rule it out."""
     reach: Callable[[Mapping[str, float], Values], str] | None = None
     """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
+    of_noise: Callable[[Mapping[str, float], Floats, float], str] | None = None
+    """Why what it takes off the recorded torque (n,), N m, with white noise of that standard deviation, N m, may be the
+    noise alone; empty where it is more."""
     curve: Curve | None = None
     """The effect is no law but a table that is measured: for what no law of the catalogue closes."""
     trades_with: tuple[str, ...] = ()

@@ -13,6 +13,7 @@ from flex_ident.gap.thresholds import (
     EVIDENCE,
     HELD_OUT_T,
     LEAST_PERIODS,
+    OVER_FILTER,
     OWN_ERROR,
     SIGNIFICANT,
     SIGNIFICANT_SHAPE,
@@ -21,7 +22,7 @@ from flex_ident.gap.thresholds import (
 from flex_ident.likelihood.comparison import HeldOut
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.noise import position_noise
+from flex_ident.likelihood.noise import error_at_reversals, position_noise, torque_noise
 from flex_ident.likelihood.remainder import counted
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
@@ -55,6 +56,9 @@ def objection_to(
     rounded = within_rounding(_periodic_error(fit, candidate), position_noise(solver.problem))
     if rounded:
         return rounded
+    vain = _noise_alone(solver, fit, candidate) or _within_filter(solver, fit, candidate)
+    if vain:
+        return vain
     rise = _torque_rms(solver, fit) / _torque_rms(solver, before) - 1.0
     if rise > 0.002:
         return f"the torque's gap grows by {100 * rise:.1f} % with it"
@@ -114,6 +118,26 @@ def within_rounding(amplitude: float, noise: float) -> str:
     if not 0.0 < amplitude <= math.sqrt(2.0) * noise:
         return ""
     return f"{amplitude:.2g} rad is no more than the encoder's rounding and noise ({noise:.2g} rad rms)"
+
+
+def _noise_alone(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
+    """That what it takes off the recorded torque may be its noise; empty where it is more."""
+    effect, recording = effect_named(candidate.effect), solver.problem.recording
+    if effect.of_noise is None:
+        return ""
+    own = {k.partition(".")[2]: fit.values[k] for k in candidate.keys}
+    return effect.of_noise(own, recording.motor_torque, torque_noise(solver.problem))
+
+
+def _within_filter(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
+    """That the way over which a law of the motor acts is no longer than what the low-pass changes at reversals."""
+    if effect_named(candidate.effect).where != "motor" or candidate.cycles:
+        return ""
+    ways = [abs(fit.values[k]) for k in candidate.keys if parameter_named(k).unit == "rad"]
+    error = error_at_reversals(solver.problem)
+    if min(ways, default=math.inf) > OVER_FILTER * error:
+        return ""
+    return f"{min(ways):.2g} rad is within what the low-pass changes of the position at reversals ({error:.2g} rad rms)"
 
 
 def own_error_of(solver: SteadyFit, accepted: Sequence[tuple[str, Fit, Fit]]) -> float:

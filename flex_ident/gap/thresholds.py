@@ -32,6 +32,9 @@ HELD_OUT_T = ((0.8, 1.1), (0.5, 1.8), (0.0, 2.5))
 of it may lie all in a resonance or where the torque saturates, but not in one block."""
 LEAST_PERIODS = 0.9
 """Of what is periodic in the motor's angle, within the range of motion: a part of a period is gravity or a spring."""
+OVER_FILTER = 5.0
+"""Of what the low-pass changes of the position at reversals, rms, that a way must exceed: its largest is three times
+that. Seed 401 of `bench/coverage.py`, recording 6, where dry friction stops the motor and holds it: 4.6."""
 SMALLEST_SHARE = 0.2
 """Share of the closable gap that a cause must close to be called one; a false name closes a few percent."""
 SIGNIFICANT_STATED = 1.96

@@ -17,6 +17,8 @@ from flex_ident.recording import Floats
 from flex_ident.recording.noise import resolution
 
 SEGMENT_S = 1.0
+AROUND = 3
+"""Samples around a reversal."""
 
 
 def noise_spectrum(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) -> Floats:
@@ -89,6 +91,31 @@ def position_noise(problem: FitProblem) -> float:
     return _white_noise(problem, problem.recording.motor_position)
 
 
+def torque_noise(problem: FitProblem) -> float:
+    """Standard deviation, N m, of what is white in the recorded torque.
+
+    From its spectrum above the motion, to which steps add, or from its third differences, to which fast motion adds.
+    """
+    torque = problem.recording.motor_torque
+    rough = float(np.median(np.abs(np.diff(torque, 3)))) / (0.6745 * math.sqrt(20.0))
+    return min(rough, _white_noise(problem, torque))
+
+
+def error_at_reversals(problem: FitProblem) -> float:
+    """Root mean square, rad, of what the low-pass changes of the motor's position within `AROUND` samples of reversals.
+
+    There the motion has a kink, which no low-pass follows.
+    """
+    motion = problem.motion
+    turns = np.flatnonzero(motion.velocity[:-1] * motion.velocity[1:] <= 0.0)
+    near = np.zeros(motion.velocity.size, bool)
+    near[turns] = True
+    near = ndimage.binary_dilation(near, iterations=AROUND)
+    if not near.any():
+        return 0.0
+    return float(np.sqrt(np.mean((problem.recording.motor_position - motion.position)[near] ** 2)))
+
+
 def link_noise(problem: FitProblem) -> float:
     """Root mean square, rad, of the link encoder's white noise in the compared link position."""
     position, rate = problem.recording.link_position, problem.recording.sample_rate_hz
@@ -98,14 +125,14 @@ def link_noise(problem: FitProblem) -> float:
     return _white_noise(problem, position) * math.sqrt(float(np.mean(passed)))
 
 
-def _white_noise(problem: FitProblem, position: Floats) -> float:
-    """From a position's spectrum above the motion; where the rate leaves no room there, of the rounding alone."""
+def _white_noise(problem: FitProblem, signal: Floats) -> float:
+    """From a signal's spectrum above the motion; where the rate leaves no room there, of the rounding alone."""
     rate = problem.recording.sample_rate_hz
     low, high = max(HIGHEST[0] * rate, ABOVE[0] * problem.drive_hz), HIGHEST[1] * rate
     size = max(16, 2 * round(0.5 * SEGMENT_S * rate))
-    if high < WIDE_ENOUGH * low or position.size < 8 * size:
-        return resolution(position) / math.sqrt(12.0)
-    power, frequency = _powers(position, np.ones(position.size, bool), size), np.fft.rfftfreq(size, 1.0 / rate)
+    if high < WIDE_ENOUGH * low or signal.size < 8 * size:
+        return resolution(signal) / math.sqrt(12.0)
+    power, frequency = _powers(signal, np.ones(signal.size, bool), size), np.fft.rfftfreq(size, 1.0 / rate)
     inside = (frequency >= low) & (frequency <= high)
     return math.sqrt(float(np.median(np.quantile(power[:, inside], QUANTILE, axis=0))) / -math.log(1.0 - QUANTILE))
 

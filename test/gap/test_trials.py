@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flex_ident.effects import effect_named
 from flex_ident.gap.objections import within_own_error, within_rounding
 from flex_ident.gap.thresholds import OWN_ERROR
 from flex_ident.gap.trials import unstuck
@@ -44,6 +45,18 @@ def test_a_periodic_error_within_its_encoders_rounding_is_none() -> None:
     assert "rounding" in within_rounding(0.4 * step, step / np.sqrt(12.0))
     assert within_rounding(0.5 * step, step / np.sqrt(12.0)) == ""
     assert within_rounding(0.0, step) == ""
+
+
+def test_a_limit_at_the_level_at_which_the_torque_rests_takes_off_its_noise() -> None:
+    """A controller that switched between two torques was given a limit at the larger (`bench/coverage.py --explain`,
+    seed 401)."""
+    of_noise = effect_named("saturation").of_noise
+    assert of_noise is not None
+    resting = 37.0 + 0.5 * np.random.default_rng(1).standard_normal(4000)
+    assert "noise" in of_noise({"limit": 37.0}, resting, 0.5)
+    assert "noise" in of_noise({"limit": 50.0}, resting, 0.5)
+    clipped = 37.0 * np.sin(np.arange(4000) / 20.0)
+    assert of_noise({"limit": 0.9 * 37.0}, clipped, 0.5) == ""
 
 
 @dataclass

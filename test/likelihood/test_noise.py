@@ -7,11 +7,13 @@ from scipy.signal import chirp, lfilter
 
 from flex_ident.likelihood.noise import (
     encoder_noise,
+    error_at_reversals,
     is_quiet,
     noise_above_band,
     noise_floor,
     noise_whitening,
     position_noise,
+    torque_noise,
 )
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.values import Values
@@ -106,6 +108,24 @@ def test_what_rounding_does_through_a_spring_is_foretold() -> None:
     (foretold,) = encoder_noise(rounded, SPRING)
     rows = rounded.usable
     assert np.std(foretold[rows]) == pytest.approx(np.std(done[rows]), rel=0.35)
+
+
+def test_a_low_pass_errs_where_friction_stops_the_motor() -> None:
+    time = np.arange(20000) / 500.0
+    smooth = 0.05 * np.sin(2.0 * np.pi * 2.0 * time)
+    stopped = np.clip(smooth, -0.045, 0.045)
+    assert error_at_reversals(sprung(stopped)) > 100.0 * error_at_reversals(sprung(smooth))
+    assert error_at_reversals(sprung(0.1 * time)) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_torques_noise_is_told_beside_levels_at_which_it_rests() -> None:
+    time = np.arange(20000) / 500.0
+    levels = 37.0 * np.sign(np.sin(2.0 * np.pi * 1.3 * time))
+    smooth = 0.3 * np.sin(2.0 * np.pi * 0.3 * time)
+    told = FitProblem(
+        Recording("j", 500.0, smooth, levels + 0.5 * white(3, time.size)), sensors="motor", band_hz=40.0
+    )  # fmt: skip
+    assert torque_noise(told) == pytest.approx(0.5, rel=0.1)
 
 
 def test_a_whitening_filter_knows_what_the_encoder_does() -> None:
