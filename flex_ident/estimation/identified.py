@@ -10,6 +10,7 @@ from flex_ident.effects import CATALOGUE, key_named, told_key, trade_error
 from flex_ident.estimation.estimate import Estimate
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.thresholds import (
+    CANCELLED,
     DRY_REVERSAL_ERROR,
     FOLDING,
     LINK_REVERSAL_ERROR,
@@ -21,6 +22,8 @@ from flex_ident.likelihood.fit import key_bounds
 from flex_ident.parameters import Parameter
 from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
+
+CANCELLING = ("torque_delay", "effort_lag")
 
 
 def modes_hz(values: Values) -> dict[str, float]:
@@ -69,6 +72,20 @@ def reversal_error(estimate: Estimate, key: str) -> float:
     return 0.0
 
 
+def cancelled_error(estimate: Estimate, key: str) -> float:
+    """What the standard deviation of a low-pass, s, that an equal delay of the other sign cancels lacks, and of that
+    delay.
+
+    Only the square of the low-pass's time is left in the torque: relative to its size it is known half as well as the
+    slope there tells.
+    """
+    delay, lag = (estimate.fit.values.get(k, 0.0) for k in CANCELLING)
+    if key not in CANCELLING or lag <= 0.0 or abs(delay + lag) > CANCELLED * lag:
+        return 0.0
+    std = estimate.uncertainty.std("effort_lag")
+    return math.sqrt(3.0) * std if math.isfinite(std) else 0.0
+
+
 def beside_its_like(estimate: Estimate) -> bool:
     """Whether a model holds an effect that another of the same kind may be beside: then the intervals hold that one."""
     held = (CATALOGUE[name] for name in estimate.fit.values.effects)
@@ -83,7 +100,10 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
         std = math.hypot(std, folding_error(estimate) * value)
     beside = estimate.unseen.get(key, 0.0) if beside_its_like(estimate) else 0.0
     loss = loss_error(key, value, estimate.lossy)
-    std = math.hypot(std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside, loss)
+    std = math.hypot(
+        std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside, loss,
+        cancelled_error(estimate, key),
+    )  # fmt: skip
     at_bound = key in estimate.fit.at_bound
     ci95 = None
     if at_bound:

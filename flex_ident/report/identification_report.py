@@ -13,7 +13,7 @@ from flex_ident.report.advice import first_thing, other_things
 from flex_ident.report.figures import embedded
 from flex_ident.report.friction import friction_section
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
-from flex_ident.report.table import delay_text, meaning_of, parameter_row, rounded
+from flex_ident.report.table import delay_texts, meaning_of, parameter_row, rounded
 
 VERDICTS = {
     "trusted": "The model reproduces the torque, and inertia and stiffness are well determined.",
@@ -88,11 +88,7 @@ def _parameters(result: Identification) -> Section:
         free = result.derived.get("free_resonance_hz")
         more = "" if free is None else f", free resonance {free:.4g} Hz"
         texts.append(f"Modes of the model: locked motor {result.derived['locked_motor_hz']:.4g} Hz{more}.")
-    chain = [
-        delay_text(p, prismatic=any(map(_prismatic, result.parameters)))
-        for p in result.measurement
-        if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value)
-    ]
+    chain = delay_texts(result)
     notes: tuple[str, ...] = (
         "A torque constant that is 5 % off makes every parameter 5 % wrong and leaves no trace in the fit.",
     )

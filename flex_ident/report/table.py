@@ -37,8 +37,23 @@ def percent_text(percent: float) -> str:
     return f"{percent:.0f} %" if percent >= 10.0 else f"{percent:.2g} %"
 
 
-def delay_text(p: Parameter, *, prismatic: bool = False) -> str:
-    """A delay of the measurement chain, s, in words: 'torque recorded 0.120 ± 0.004 ms late'."""
+def delay_texts(result: Identification) -> list[str]:
+    """The delays of a result's measurement chain in words, each with the low-pass that is in it too."""
+    prismatic = any(p.unit == PRISMATIC_UNITS.get(p.key) for p in result.parameters)
+    lag = next((p.value for p in result.measurement if p.key == "effort_lag"), 0.0)
+    return [
+        delay_text(p, lag if p.key == "torque_delay" else 0.0, prismatic=prismatic)
+        for p in result.measurement if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value)
+    ]  # fmt: skip
+
+
+def delay_text(p: Parameter, lag: float = 0.0, *, prismatic: bool = False) -> str:
+    """A delay of the measurement chain, s, in words: 'torque recorded 0.120 ± 0.004 ms late'.
+
+    `lag` is the time, s, of a low-pass in the same signal, which is late by that too.
+    """
+    if lag > 0.0005e-3:
+        return f"{delay_text(p, prismatic=prismatic)}, behind a low-pass that makes it {1e3 * lag:.3f} ms later"
     what = {"torque_delay": f"{'force' if prismatic else 'torque'} recorded", "link_skew": "link position read"}[p.key]
     side = "late" if p.value >= 0.0 else "early"
     size = f"{1e3 * abs(p.value):.3f}"
@@ -111,9 +126,7 @@ def result_text(result: Identification) -> str:
         f"{'force' if prismatic else 'torque'} error: {fit.relative_error_percent:.2f} %, on data not fitted "
         f"{f'{unseen:.2f} %' if math.isfinite(unseen) else 'unknown'}; condition number {fit.condition_number:.3g}"
     )
-    for p in result.measurement:
-        if p.key in ("torque_delay", "link_skew") and math.isfinite(p.value):
-            lines.append(f"measurement: {delay_text(p, prismatic=prismatic)}, corrected for")
+    lines += [f"measurement: {text}, corrected for" for text in delay_texts(result)]
     if result.verdict != "rejected":
         return "\n".join([*lines, *(f"warning: {sentence(n)}" for n in result.notices)])
     first = first_thing(result)

@@ -112,6 +112,10 @@ def test_shares_and_delays_in_words() -> None:
     assert delay_text(Parameter("link_skew", -3e-3, 0.0, "s", at_bound=True)) == (
         "link position read 3.000 ms early, which is its limit"
     )
+    assert delay_text(late, 0.35e-3) == (
+        "torque recorded 0.120 ± 0.004 ms late, behind a low-pass that makes it 0.350 ms later"
+    )
+    assert delay_text(late, 1e-9) == delay_text(late)
 
 
 def test_what_slides_has_a_mass() -> None:

@@ -1,9 +1,13 @@
 """No fit knows a measurement chain better than the chain is: what follows it stays open by as much."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from flex_ident.estimation.chain_known import averaging_shift, scale_shift, with_chain_open
+from flex_ident.estimation.identified import cancelled_error
 from flex_ident.estimation.thresholds import AVERAGING_KNOWN, LINK_CALIBRATION
 from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.parameters.values import Values
@@ -48,3 +52,17 @@ def test_averaging_passes_for_inertia_of_the_motor_and_leaves_the_mode_where_it_
     assert link == -motor
     assert stiffness / 2e4 == pytest.approx(link / 4.0)
     assert averaging_shift(("K", "JL"), values, 5e-3) is None
+
+
+@pytest.mark.parametrize(
+    ("delay", "lag", "doubled"),
+    [(-3.3e-4, 3.4e-4, True), (1.0e-4, 3.4e-4, False), (-3.3e-4, 0.0, False), (0.0, 3.4e-4, False)],
+)
+def test_a_low_pass_that_a_delay_cancels_is_known_half_as_well(delay: float, lag: float, doubled: bool) -> None:
+    values = Values({"torque_delay": delay, "effort_lag": lag, "K": 1.0})
+    uncertainty = SimpleNamespace(std=lambda _key: 1.2e-4)
+    estimate: Any = SimpleNamespace(fit=SimpleNamespace(values=values), uncertainty=uncertainty)
+    for key in ("torque_delay", "effort_lag"):
+        whole = np.hypot(1.2e-4, cancelled_error(estimate, key))
+        assert whole == pytest.approx(2.4e-4 if doubled else 1.2e-4)
+    assert cancelled_error(estimate, "K") == 0.0
