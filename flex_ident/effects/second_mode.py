@@ -59,6 +59,7 @@ SECOND_MODE = Effect(
     bin_by="frequency",
     confused_with=("nonlinear_stiffness", "backlash", "mount_mode"),
     mistaken_for=("mount_mode",),
+    essential=("inertia",),
     separated_by="a link encoder, and the base clamped or weighted",
     needs_spring=True,
     stand_ins=("far_mode",),
