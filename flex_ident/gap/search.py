@@ -37,6 +37,7 @@ MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
 """Sketches that are finished, and how many while something speaks against each."""
 
 
+NOTHING_LEFT = "what is left is no more than noise and the method's own error"
 RUNS_AWAY = "its simulation runs away, whatever shape it starts from"
 
 
@@ -52,6 +53,9 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
         share = round_number / MOST_ROUNDS
         progress(share, "screening")
         found = _scored(search, options)
+        if _nothing_left(search):
+            _leave(search, found)
+            break
         trials = _trials(search, found, options, partial(_part, progress, share))
         best = next((t for t in trials if not t.objection), None)
         for t in trials:
@@ -71,7 +75,9 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
                 break
             led_on.add(best.effect)
     progress(1.0, "measuring curves")
-    return only_a_cause(curved(search, solver, base, options), solver, base)
+    if not _nothing_left(search):
+        search = curved(search, solver, base, options)
+    return only_a_cause(search, solver, base)
 
 
 def _part(progress: Progress, start: float, share: float, text: str) -> None:
@@ -161,8 +167,6 @@ def _search_deeply(
     alike = effect_named(name).mistaken_for
     if any(t.share > ENOUGH and not t.objection and t.effect not in alike for t in trials):
         why = "other effects explain more"
-    elif _nothing_left(search):
-        why = "what is left is no more than noise and the method's own error"
     else:
         progress(0.9, f"trying {_words(deep)}")
         shapes = _candidates(search, options.effects, options)
@@ -176,11 +180,18 @@ def _search_deeply(
 
 
 def _nothing_left(search: Search) -> bool:
-    """Whether what was accepted leaves no more than noise and the method's own error: no case for a deep search."""
-    if not search.accepted:
-        return False
+    """Whether no more is left, of torque and link's position, than noise and the method's own error: whatever a
+    candidate explained of that, nothing would be missing without it."""
     left = remainder(search.solver, search.fit)
-    return not left.structured(left.gap)
+    return not left.structured(left.gap) and (left.link is None or not left.link.structured)
+
+
+def _leave(search: Search, found: Sequence[Score]) -> None:
+    """Say of what promised to explain something why it is not tried."""
+    for score in found:
+        if score.gain >= WORTH_A_TRIAL:
+            name = score.candidate.effect
+            search.rejected[name] = Rejected(name, 0.0, NOTHING_LEFT)
 
 
 def _promising(score: Score, loud: bool) -> bool:
