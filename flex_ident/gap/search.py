@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 
 from flex_ident.effects import effect_named
@@ -11,7 +12,7 @@ from flex_ident.gap.curves import curve_candidates, curved
 from flex_ident.gap.explanation import Rejected, Untestable
 from flex_ident.gap.found import Accepted, Search
 from flex_ident.gap.options import GapOptions
-from flex_ident.gap.thresholds import ENOUGH, MIMICKED, QUIET, WORTH_A_TRIAL
+from flex_ident.gap.thresholds import CLOSES_ALL, ENOUGH, MIMICKED, QUIET, WORTH_A_TRIAL
 from flex_ident.gap.trials import (
     Trial,
     deepened,
@@ -22,8 +23,9 @@ from flex_ident.gap.trials import (
 )
 from flex_ident.gap.weighing import only_a_cause, weighed
 from flex_ident.likelihood.fit import Fit
-from flex_ident.likelihood.remainder import remainder
+from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.likelihood.thresholds import STRUCTURE
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
@@ -37,7 +39,7 @@ MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
 """Sketches that are finished, and how many while something speaks against each."""
 
 
-NOTHING_LEFT = "what is left is no more than noise and the method's own error"
+NOTHING_LEFT = "what is left is no more than noise"
 RUNS_AWAY = "its simulation runs away, whatever shape it starts from"
 
 
@@ -53,10 +55,13 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
         share = round_number / MOST_ROUNDS
         progress(share, "screening")
         found = _scored(search, options)
-        if _nothing_left(search):
+        left = remainder(search.solver, search.fit)
+        if _is_noise(left):
             _leave(search, found)
             break
         trials = _trials(search, found, options, partial(_part, progress, share))
+        if _is_nothing(left):
+            trials = [_doubted(t) for t in trials]
         best = next((t for t in trials if not t.objection), None)
         for t in trials:
             if t is not best and t.objection:
@@ -75,7 +80,7 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
                 break
             led_on.add(best.effect)
     progress(1.0, "measuring curves")
-    if not _nothing_left(search):
+    if not _is_nothing(remainder(search.solver, search.fit)):
         search = curved(search, solver, base, options)
     return only_a_cause(search, solver, base)
 
@@ -179,11 +184,23 @@ def _search_deeply(
         search.rejected[name] = Rejected(name, 0.0, why)
 
 
-def _nothing_left(search: Search) -> bool:
-    """Whether no more is left, of torque and link's position, than noise and the method's own error: whatever a
-    candidate explained of that, nothing would be missing without it."""
-    left = remainder(search.solver, search.fit)
-    return not left.structured(left.gap) and (left.link is None or not left.link.structured)
+def _is_noise(left: Remainder) -> bool:
+    """Whether no more is left than noise, of the torque, and of the link's position than noise and the method's own
+    error: whatever a candidate explained of that, nothing would be missing without it."""
+    return left.gap <= STRUCTURE * left.floor and not (left.link is not None and left.link.structured)
+
+
+def _is_nothing(left: Remainder) -> bool:
+    """Whether no more is left than noise and the method's own error."""
+    return not left.structured(left.gap) and not (left.link is not None and left.link.structured)
+
+
+def _doubted(trial: Trial) -> Trial:
+    """A trial on what may be the method's own error: what is true closes that whole, what only resembles it a part."""
+    if trial.objection or trial.share >= CLOSES_ALL:
+        return trial
+    why = f"it closes {100 * trial.share:.0f} % only of what may be the method's own error"
+    return replace(trial, objection=why)
 
 
 def _leave(search: Search, found: Sequence[Score]) -> None:
