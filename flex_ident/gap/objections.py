@@ -26,7 +26,7 @@ from flex_ident.likelihood.noise import error_at_reversals, position_noise, torq
 from flex_ident.likelihood.remainder import counted
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
-from flex_ident.parameters.keys import effect_in, key_text
+from flex_ident.parameters.keys import effect_in, key_parts, key_text
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import effects_in
@@ -125,7 +125,7 @@ def _noise_alone(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
     effect, recording = effect_named(candidate.effect), solver.problem.recording
     if effect.of_noise is None:
         return ""
-    own = {k.partition(".")[2]: fit.values[k] for k in candidate.keys}
+    own = {key_parts(k)[1]: fit.values[k] for k in candidate.keys}
     return effect.of_noise(own, recording.motor_torque, torque_noise(solver.problem))
 
 
