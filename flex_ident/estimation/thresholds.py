@@ -78,8 +78,8 @@ DRY_REVERSAL_ERROR = 0.0015
 would be 0.8 with this."""
 CANCELLED = 0.1
 """Of a low-pass's time, within which a delay of the other sign cancels it: a lag of the torque without any lateness is
-none. Five recordings of `flex_ident demo`, where there is neither: 0.2 to 0.34 ms each, up to 2.8 times the slope's
-standard deviation."""
+none. In four of five recordings of `flex_ident demo`, where there is neither, 0.2 to 0.34 ms of each were found, up to
+2.8 times the slope's standard deviation."""
 LINK_REVERSAL_ERROR, LINK_REVERSAL_SEEN = 0.0015, 0.001
 """The same of the link, whose dry friction turns over at once in the simulation, and where an encoder on it shows when:
 FV and FS of 35 clean recordings of seed 3 were up to 5 standard deviations off where their intervals were narrower than

@@ -131,9 +131,10 @@ def _noise_alone(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
 
 def _within_filter(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
     """That the way over which a law of the motor acts is no longer than what the low-pass changes at reversals."""
-    if effect_named(candidate.effect).where != "motor" or candidate.cycles:
+    if effect_named(candidate.effect).where != "motor":
         return ""
-    ways = [abs(fit.values[k]) for k in candidate.keys if parameter_named(k).unit == "rad"]
+    known = ((k, parameter_named(k)) for k in candidate.keys)
+    ways = [abs(fit.values[k]) for k, p in known if p.unit == "rad" and not p.angle and not p.fixed]
     error = error_at_reversals(solver.problem)
     if min(ways, default=math.inf) > OVER_FILTER * error:
         return ""

@@ -22,7 +22,7 @@ ENOUGH = 0.9
 """Share of the closable gap from which what closed it is not doubted by a second mode."""
 CLOSES_ALL = 0.8
 """Share of the closable gap that a cause must close where what is left is within the method's own error. Five of six
-false names of seeds 401 and 431 of `bench/coverage.py` were given there, and closed 0 to 77 %; a friction of 1.9 % of
+false names of seeds 401 and 431 of `bench/coverage.py` were given there, and closed 53 to 77 %; a friction of 1.9 % of
 the load (`bench/confusion.py`, seed 421) closed 94 %."""
 MOST_OF_IT = 0.67
 """Share of the closable gap that all accepted effects must close together to be called its causes."""

@@ -18,7 +18,7 @@ from flex_ident.recording.noise import resolution
 
 SEGMENT_S = 1.0
 AROUND = 3
-"""Samples around a reversal."""
+"""Samples around a reversal. Set by hand: the low-pass reaches about as far."""
 
 
 def noise_spectrum(residual: Floats, usable: NDArray[np.bool_], rate_hz: float) -> Floats:

@@ -52,7 +52,7 @@ def delay_text(p: Parameter, lag: float = 0.0, *, prismatic: bool = False) -> st
 
     `lag` is the time, s, of a low-pass in the same signal, which is late by that too.
     """
-    if lag > 0.0005e-3:
+    if lag > 0.5e-6:  # less would be told as 0.000 ms
         return f"{delay_text(p, prismatic=prismatic)}, behind a low-pass that makes it {1e3 * lag:.3f} ms later"
     what = {"torque_delay": f"{'force' if prismatic else 'torque'} recorded", "link_skew": "link position read"}[p.key]
     side = "late" if p.value >= 0.0 else "early"
