@@ -208,6 +208,14 @@ def say_unwritten(prog: str, why: UsageError | None, *, asked_for: bool) -> int:
     return why.exit_status if asked_for else 0
 
 
+def say_failed(prog: str, why: FlexIdentError | None) -> int:
+    """One line on standard error about a part that failed while the rest holds; the exit status that it brings."""
+    if why is None:
+        return 0
+    print(f"{prog}: {one_line(why)}", file=sys.stderr)
+    return why.exit_status
+
+
 def say_what_was_read(recording: Recording) -> None:
     """Print which signals were taken and how each was sampled."""
     from flex_ident.report.table import percent_text

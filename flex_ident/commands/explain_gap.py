@@ -16,6 +16,7 @@ from flex_ident.commands.common import (
     command_parser,
     exit_status,
     given_settings,
+    say_failed,
     say_unwritten,
     say_what_was_read,
     stage_bars,
@@ -85,15 +86,17 @@ def _run(arguments: Sequence[str] | None) -> int:
         print()
     elif not quiet:
         print(f"\n{gap_text(done.explanation)}\n{done.answers}")
-        if done.simulator is not None:
-            print(f"\n{simulator_text(done.simulator)}")
+        if done.simulator.gap is not None:
+            print(f"\n{simulator_text(done.simulator.gap)}")
         print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
         if done.beside_result:
             kept = f"report.html is identify_bag's as before, this one is {GAP_REPORT}; " if not given.no_plots else ""
             print(f"the folder holds a result of identify_bag: {kept}model.yaml and parameters.yaml are now those of "
                   "the final model above.")  # fmt: skip
-    unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
-    return unwritten if done.explanation.determined else REJECTED
+    failed = max(
+        say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"])), say_failed(PROG, done.simulator.failed)
+    )
+    return failed if done.explanation.determined else REJECTED
 
 
 def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
@@ -116,11 +119,13 @@ def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
         print()
     elif not quiet:
         print(f"\n{gap_set_text(done.result)}")
-        if done.simulator is not None:
-            print(f"\n{simulator_text(done.simulator)}")
+        if done.simulator.gap is not None:
+            print(f"\n{simulator_text(done.simulator.gap)}")
         print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
-    unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
-    return REJECTED if done.content["verdict"] == "rejected" else unwritten
+    failed = max(
+        say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"])), say_failed(PROG, done.simulator.failed)
+    )
+    return REJECTED if done.content["verdict"] == "rejected" else failed
 
 
 if __name__ == "__main__":

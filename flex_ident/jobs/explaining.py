@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags import read_recording
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.gap import GapExplanation, explain
-from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
 from flex_ident.gap.units import explanation_in_amperes, prismatic_explanation
 from flex_ident.jobs.options import gap_options, signal_selection
 from flex_ident.jobs.places import Folder, Place
 from flex_ident.jobs.robots import described, description_of
+from flex_ident.jobs.simulators import BesideSimulator, beside_simulator, simulated_recording
 from flex_ident.parameters.current import is_current
 from flex_ident.recording import Recording
 from flex_ident.report.answers import answer_content, answer_text
@@ -41,7 +41,7 @@ class FinishedExplanation:
     recording: Recording
     content: dict[str, Any]
     paths: Mapping[str, Path]
-    simulator: SimulatorGap | None = None
+    simulator: BesideSimulator
     beside_result: bool = False
     unwritten: UsageError | None = None
     answers: str = ""
@@ -70,10 +70,8 @@ def finished_explanation(
     folder, unwritten = place.found(recording)
     simulated = simulated_recording(values, selection)
     explanation = explain(recording, options, progress=lambda x, _t: progress("explaining", x))
-    compared: SimulatorGap | None = None
-    if simulated is not None:
-        shown = [f.effect for f in explanation.findings]
-        compared = compared_with_simulator(simulated, explanation.final.parameters, shown, options, explanation.sensors)
+    shown = [f.effect for f in explanation.findings]
+    simulator = beside_simulator(simulated, explanation.final.parameters, shown, options, explanation.sensors)
     if values["prismatic"]:
         explanation = prismatic_explanation(explanation)
     raw = explanation
@@ -82,8 +80,7 @@ def finished_explanation(
     content = gap_content(explanation)
     content["answers"] = answer_content(explanation.final, recording)
     content["bag"] = {"path": recording.path, "sha256": recording.sha256}
-    if compared is not None:
-        content["simulated"] = simulator_content(compared)
+    content |= simulator.content
     paths: Mapping[str, Path] = {}
     if folder is not None:
         try:
@@ -94,15 +91,4 @@ def finished_explanation(
             unwritten = error
     kept = folder is not None and beside(folder, "result.json", recording)
     answers = answer_text(explanation.final, recording)
-    return FinishedExplanation(explanation, raw, recording, content, paths, compared, kept, unwritten, answers)
-
-
-def simulated_recording(values: Mapping[str, Value], selection: SignalSelection) -> Recording | None:
-    """The recording of a simulator that was given, as the robot's are selected; None where there is none.
-
-    A simulator speaks SI on the link side, whatever the robot's driver does. Raises FlexIdentError.
-    """
-    if not values["simulated"]:
-        return None
-    own = replace(selection, effort_scale=1.0, gear_ratio=1.0)
-    return read_recording(Path(str(values["simulated"])).expanduser(), own)
+    return FinishedExplanation(explanation, raw, recording, content, paths, simulator, kept, unwritten, answers)

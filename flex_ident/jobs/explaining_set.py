@@ -19,15 +19,15 @@ from flex_ident.gap.alike import aligned
 from flex_ident.gap.carried import CarriedOver, carried_over
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.shared import Proposal, proposals
-from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
 from flex_ident.gap.units import prismatic_explanation
-from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_explanation, simulated_recording
+from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_explanation
 from flex_ident.jobs.options import gap_options, signal_selection
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
 from flex_ident.jobs.sets import below, each_finished, left_out, one_folder, recording_names, texts_of, told_of
 from flex_ident.jobs.several import joined_result, usable
 from flex_ident.jobs.shared_effects import base_values, carried_from_others, its_own
+from flex_ident.jobs.simulators import BesideSimulator, beside_simulator, simulated_recording
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification
 from flex_ident.pooling.effects import STAYS, Heard, Outcome, dissenters, outcome_of
@@ -43,7 +43,7 @@ class FinishedGapSet:
     result: JoinedGap
     content: dict[str, Any]
     paths: Mapping[str, Path]
-    simulator: SimulatorGap | None = None
+    simulator: BesideSimulator
     """The joint beside a simulator's recording, if one was given."""
     unwritten: UsageError | None = None
 
@@ -89,11 +89,9 @@ def finished_gap_set(
     result = JoinedGap(joined, tuple(done[i].raw for i in used), tuple(finals), tuple(effects), tuple(gaps))
     folder, unwritten = place.found(recordings[0])
     content = gap_set_content(result)
-    compared: SimulatorGap | None = None
-    if simulated is not None:
-        shown = [own.proposal.effect for own in result.accepted]
-        compared = compared_with_simulator(simulated, joined.found.parameters, shown, options, joined.sensors)
-        content["simulated"] = simulator_content(compared)
+    shown = [own.proposal.effect for own in result.accepted]
+    simulator = beside_simulator(simulated, joined.found.parameters, shown, options, joined.sensors)
+    content |= simulator.content
     paths: Mapping[str, Path] = {}
     if folder is not None:
         try:
@@ -102,7 +100,7 @@ def finished_gap_set(
             if place.needed:
                 raise
             unwritten = error
-    return FinishedGapSet(result, content, paths, compared, unwritten)
+    return FinishedGapSet(result, content, paths, simulator, unwritten)
 
 
 def _judged(explanation: GapExplanation) -> Identification:

@@ -73,6 +73,7 @@ def test_the_bands_hold_the_law() -> None:
     assert inside / total > 0.85
 
 
+@pytest.mark.slow
 def test_the_curve_is_in_json_and_in_the_report() -> None:
     recording, result = slow_recording(0), identified(0)
     content = json.loads(json.dumps(result_content(result, recording), allow_nan=False))["friction_curve"]
@@ -84,5 +85,6 @@ def test_the_curve_is_in_json_and_in_the_report() -> None:
     assert len(section.rows) == result.friction_curve.speed.size
 
 
+@pytest.mark.slow
 def test_a_joint_with_a_spring_has_none() -> None:
     assert friction_section(replace(identified(0), friction_curve=None), ()) == []

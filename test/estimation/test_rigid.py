@@ -8,6 +8,7 @@ from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import Identification
 
+pytestmark = pytest.mark.slow
 RIGID = IdentifyOptions(rigid=True)
 SEEDS = range(6)
 

@@ -45,6 +45,7 @@ def content(out: Path) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_an_effect_that_all_find_is_accepted_with_one_size(content: dict[str, Any]) -> None:
     assert content["schema"] == "flex_ident/gap/1"
     [finding] = content["findings"]
@@ -58,6 +59,7 @@ def test_an_effect_that_all_find_is_accepted_with_one_size(content: dict[str, An
     assert "viscous_nonlinearity.coefficient" in content["parameters"]
 
 
+@pytest.mark.slow
 def test_validation_leaves_out_whole_recordings(content: dict[str, Any]) -> None:
     assert content["gap"]["measured_on"] == "recordings left out"
     for own in content["recordings"]:
@@ -70,6 +72,7 @@ def test_validation_leaves_out_whole_recordings(content: dict[str, Any]) -> None
     assert content["gap"]["steps"][-1]["gap"] == pytest.approx(content["gap"]["after"])
 
 
+@pytest.mark.slow
 def test_an_effect_of_one_that_the_others_contradict_is_not_accepted(content: dict[str, Any]) -> None:
     [refused] = content["rejected"]
     assert refused["effect"] == "torque_ripple"
@@ -84,10 +87,12 @@ def test_an_effect_of_one_that_the_others_contradict_is_not_accepted(content: di
     assert "effect_not_shared" in [w["code"] for w in content["warnings"]]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_read_is_named(content: dict[str, Any]) -> None:
     assert content["left_out"] == [{"name": "broken", "why": "failed"}]
 
 
+@pytest.mark.slow
 def test_files_are_those_of_one_recording_and_each_has_its_own(out: Path) -> None:
     assert {p.name for p in out.iterdir()} == {
         "a", "b", "c", "gap.json", "gap_recordings.png", "model.yaml", "parameters.yaml", "recordings.png",
@@ -120,6 +125,7 @@ def test_wrong_usage_is_one_line(
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_put_in_by_hand_and_beside_a_simulator(bags: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A simulator that lacks quadratic friction and is too heavy, against two recordings together."""
     joint_bag(tmp_path / "theirs", seed=4, inertia=2.5)
@@ -138,3 +144,20 @@ def test_put_in_by_hand_and_beside_a_simulator(bags: Path, tmp_path: Path, capsy
     assert inertia["off_percent"] == pytest.approx(
         100.0 * (2.5 / 2.02 - 1.0), abs=3.0
     )  # two recordings: not beyond chance
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [("a",), ("a", "b")])
+def test_a_simulator_without_torque_costs_the_comparison_alone(
+    bags: Path, names: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    joint_bag(tmp_path / "silent", seed=5, scale=0.0)
+    given = (*(bags / name for name in names), "--effects", "viscous_nonlinearity", "--simulated", tmp_path / "silent")
+    assert run(*given, "--json", "--out", tmp_path / "out") == 3
+    captured = capsys.readouterr()
+    content = json.loads(captured.out)
+    assert [f["effect"] for f in content["findings"]] == ["viscous_nonlinearity"]
+    assert set(content["simulated"]) == {"failed"}
+    [line] = captured.err.splitlines()
+    assert line == f"explain_gap: {content['simulated']['failed']}"
+    assert json.loads((tmp_path / "out" / "gap.json").read_text())["findings"] == content["findings"]
