@@ -8,6 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flex_ident.commands.common import (
     REJECTED,
@@ -22,6 +23,10 @@ from flex_ident.commands.common import (
     stage_bars,
 )
 from flex_ident.configuration.settings import GAP_SETTINGS, IDENTIFY_SETTINGS, SET_SETTINGS, Value
+
+if TYPE_CHECKING:
+    from flex_ident.jobs.explaining import FinishedExplanation
+    from flex_ident.jobs.explaining_set import FinishedGapSet
 
 PROG = "explain_gap"
 EXAMPLES = (
@@ -63,7 +68,6 @@ def _run(arguments: Sequence[str] | None) -> int:
     from flex_ident.jobs.sets import refuse_of_one
     from flex_ident.report.folder import GAP_REPORT
     from flex_ident.report.gap_table import gap_text
-    from flex_ident.report.simulator_table import simulator_text
 
     if given.method != "auto":
         raise UsageError(f"--method {given.method}: explain_gap knows only auto. identify_bag has the other methods.")
@@ -81,22 +85,13 @@ def _run(arguments: Sequence[str] | None) -> int:
             given.bag, values, place, plots=not given.no_plots, progress=progress,
             read=say_what_was_read if not quiet else lambda _recording: None,
         )  # fmt: skip
-    if given.json:
-        json.dump(done.content, sys.stdout, allow_nan=False)
-        print()
-    elif not quiet:
-        print(f"\n{gap_text(done.explanation)}\n{done.answers}")
-        if done.simulator.gap is not None:
-            print(f"\n{simulator_text(done.simulator.gap)}")
-        print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
+    if not quiet:
+        _say(f"{gap_text(done.explanation)}\n{done.answers}", done)
         if done.beside_result:
             kept = f"report.html is identify_bag's as before, this one is {GAP_REPORT}; " if not given.no_plots else ""
             print(f"the folder holds a result of identify_bag: {kept}model.yaml and parameters.yaml are now those of "
                   "the final model above.")  # fmt: skip
-    failed = max(
-        say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"])), say_failed(PROG, done.simulator.failed)
-    )
-    return failed if done.explanation.determined else REJECTED
+    return _ended(given, values, done, rejected=not done.explanation.determined)
 
 
 def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
@@ -105,7 +100,6 @@ def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
     from flex_ident.jobs.places import place_of
     from flex_ident.jobs.sets import set_name
     from flex_ident.report.gap_set_table import gap_set_text
-    from flex_ident.report.simulator_table import simulator_text
 
     quiet = bool(given.quiet or given.json)
     place = replace(place_of(values, Path(set_name(given.bag)), needed=not given.json), shared=False)
@@ -114,18 +108,32 @@ def _together(given: argparse.Namespace, values: Mapping[str, Value]) -> int:
             given.bag, values, place, plots=not given.no_plots, progress=progress,
             read=say_what_was_read if not quiet else lambda _recording: None,
         )  # fmt: skip
+    if not quiet:
+        _say(gap_set_text(done.result), done)
+    return _ended(given, values, done, rejected=done.content["verdict"] == "rejected")
+
+
+def _say(text: str, done: FinishedExplanation | FinishedGapSet) -> None:
+    """What was found, what a simulator has wrong, and where the files are."""
+    from flex_ident.report.simulator_table import simulator_text
+
+    print(f"\n{text}")
+    if done.simulator.gap is not None:
+        print(f"\n{simulator_text(done.simulator.gap)}")
+    print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
+
+
+def _ended(
+    given: argparse.Namespace, values: Mapping[str, Value], done: FinishedExplanation | FinishedGapSet, *,
+    rejected: bool,
+) -> int:  # fmt: skip
+    """JSON where it is asked for, a line for each part that failed; the exit status."""
     if given.json:
         json.dump(done.content, sys.stdout, allow_nan=False)
         print()
-    elif not quiet:
-        print(f"\n{gap_set_text(done.result)}")
-        if done.simulator.gap is not None:
-            print(f"\n{simulator_text(done.simulator.gap)}")
-        print(f"\nwritten: {', '.join(str(p) for p in done.paths.values())}")
-    failed = max(
-        say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"])), say_failed(PROG, done.simulator.failed)
-    )
-    return REJECTED if done.content["verdict"] == "rejected" else failed
+    unwritten = say_unwritten(PROG, done.unwritten, asked_for=bool(values["out"]))
+    failed = say_failed(PROG, done.simulator.failed)
+    return REJECTED if rejected else max(unwritten, failed)
 
 
 if __name__ == "__main__":
