@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -25,8 +25,9 @@ class Candidate:
 
     effect: str
     probe: Probe
-    anew: Values = field(default_factory=Values)
-    """Values of all keys from which a fit may start as well, found without the base fit where this is far off."""
+    anew: Callable[[], Values] = field(default=Values, compare=False)
+    """Values of all keys from which a fit may start as well, found without the base fit where this is far off; or none.
+    They take a scan, which is made when they are first asked for."""
     suffix: str = ""
     """Of its parameters, where the effect is in the model already and may be there again."""
 
@@ -96,9 +97,8 @@ def candidates(
             continue
         if (effect.needs_spring and problem.rigid) or (effect.needs_link and problem.link is None):
             continue
-        anew: Values | None = None
+        anew = cache(partial(start_anew, effect, problem, values, scales))
         for probe in effect.probes(scales):
-            anew = start_anew(effect, problem, values, scales) if anew is None else anew
             yield Candidate(name, probe, anew, suffix)
 
 

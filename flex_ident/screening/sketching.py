@@ -65,7 +65,8 @@ def _torque_energy(solver: SteadyFit, fit: Fit) -> float:
 def starts_of(solver: SteadyFit, fit: Fit, score: Score) -> list[Values]:
     """Where a refit may start: near the fit without the candidate and, if that is far off, from anew."""
     near = best_start(solver, fit, score)
-    return [near, fit.values | score.candidate.anew] if score.candidate.anew else [near]
+    anew = score.candidate.anew()
+    return [near, fit.values | anew] if anew else [near]
 
 
 def raced_starts(solver: SteadyFit, fit: Fit, score: Score, tried: Iterable[Candidate]) -> list[Values]:

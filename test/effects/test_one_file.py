@@ -108,9 +108,9 @@ def test_an_effect_that_is_added_is_tried_started_and_fitted(monkeypatch: pytest
     (tried,) = (c for c in candidates(problem, values) if c.effect == "made_up")
     assert tried.keys == ("made_up.drag",)
     assert tried.replaces == "link_skew"
-    assert tried.anew["K"] == 2.0 * values["K"]
-    assert tried.anew["made_up.drag"] > 0.0
-    assert tried.anew["link_skew"] == 0.0
+    assert tried.anew()["K"] == 2.0 * values["K"]
+    assert tried.anew()["made_up.drag"] > 0.0
+    assert tried.anew()["link_skew"] == 0.0
     priors = model_priors(problem, ["made_up"])
     assert "link_skew" not in priors
     assert key_bounds("made_up.drag", priors) == (-2.0, 4.0)
@@ -130,4 +130,4 @@ def test_a_start_that_finds_nothing_is_none(monkeypatch: pytest.MonkeyPatch) -> 
     recording = virtual_recording(COBOT_JOINT, Experiment(duration_s=8.0, sample_rate_hz=500.0))
     problem = fit_problem(recording, sensors="motor")
     (tried,) = (c for c in candidates(problem, Values(COBOT_JOINT.parameters), effects=("made_up",)))
-    assert tried.anew == {}
+    assert tried.anew() == {}
