@@ -85,7 +85,10 @@ def explain(
     solver, fit = kinds.solver, kinds.fit
     problem = solver.problem
     held = validation_blocks(problem)
-    searching, start = search_start(_coarse(recording, problem, options), solver, fit)
+    try:
+        searching, start = search_start(_coarse(recording, problem, options), solver, fit)
+    except ExcitationError:  # at the edge of what can be simulated, fewer samples or other weights go beyond it
+        searching, start = solver, fit
     search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
     report(0.82, "measuring the gap on data not fitted")
     search, gaps, estimate = judged_again(search, searching, start, (solver, fit), problem, options)

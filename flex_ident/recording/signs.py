@@ -48,10 +48,10 @@ def refuse_unsigned(recording: Recording) -> None:
 def work_share(velocity: Floats, effort: Floats) -> float:
     """Work of an effort (n,) on a joint of this velocity (n,), as a share of all that it does and takes back.
 
-    Friction makes it positive in any motion that ends about where it began: 1 where the effort only drives the joint, 0
-    where nothing is lost, negative where the effort has lost its sign.
+    Of what changes only: a weight that sinks slowly takes no part. Friction makes it positive: 1 where the effort only
+    drives the joint, 0 where nothing is lost, negative where the effort has lost its sign.
     """
-    power = velocity * effort
+    power = (velocity - np.mean(velocity)) * (effort - np.mean(effort))
     return float(np.sum(power)) / max(float(np.sum(np.abs(power))), 1e-300)
 
 

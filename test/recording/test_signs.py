@@ -7,7 +7,7 @@ import pytest
 
 from flex_ident.errors import SignalError
 from flex_ident.recording import Recording
-from flex_ident.recording.signs import corners_at_zero, refuse_unsigned
+from flex_ident.recording.signs import brakes, corners_at_zero, refuse_unsigned
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 CHAIN = MeasurementChain.with_bits(17, 17, torque_noise=0.01)
@@ -55,3 +55,14 @@ def test_a_steady_swing_that_just_meets_zero_each_time_passes(share: float) -> N
     torque = swing + noise
     assert corners_at_zero(torque - np.min(torque) + share) == 0
     assert corners_at_zero(np.abs(10.0 * np.sin(2.0 * np.pi * 0.8 * t) + noise)) > 20
+
+
+@pytest.mark.parametrize("sinking", [0.0, -0.001])
+def test_a_weight_that_sinks_slowly_does_not_reverse_the_effort(sinking: float) -> None:
+    """A motor that holds a weight takes up work while it gives way: that says nothing of the effort's sign."""
+    t = np.arange(8000) / 200.0
+    v = 0.0005 * np.cos(2.0 * np.pi * 1.5 * t)
+    q = sinking * t + 0.0005 * np.sin(2.0 * np.pi * 1.5 * t) / (2.0 * np.pi * 1.5)
+    torque = 2.5 + 100.0 * v
+    assert not brakes(Recording("elbow", 200.0, q, torque))
+    assert brakes(Recording("elbow", 200.0, q, -torque))
