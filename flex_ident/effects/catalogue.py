@@ -10,6 +10,7 @@ from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.effort_lag import EFFORT_LAG
 from flex_ident.effects.encoder_skew import ENCODER_SKEW
 from flex_ident.effects.friction_drift import FRICTION_DRIFT
+from flex_ident.effects.gain_drift import GAIN_DRIFT
 from flex_ident.effects.gravity import GRAVITY_EFFECT
 from flex_ident.effects.hysteresis import HYSTERESIS
 from flex_ident.effects.iron_saturation import IRON_SATURATION
@@ -63,6 +64,7 @@ CATALOGUE: dict[str, Effect] = {
         SATURATION,
         IRON_SATURATION,
         TORQUE_DROOP,
+        GAIN_DRIFT,
         SECOND_MODE,
         PRESLIDING_FRICTION,
         MOUNT_MODE,

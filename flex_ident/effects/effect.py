@@ -21,6 +21,9 @@ EXACT = 0.01
 FINE: tuple[float, ...] = tuple(map(float, np.linspace(-0.06, 0.06, 13)))
 COARSE: tuple[float, ...] = tuple(map(float, np.linspace(-0.3, 0.3, 5)))
 """Relative steps to the neighbours of the best probe of a grid."""
+BEYOND_THE_LAW = 4.0
+"""A loss that grows with speed squared up to 1 rad/s and no further moved K by four times what the law without an end
+says (two recordings of an adversary)."""
 Where = Literal["motor", "spring", "link", "measurement"]
 
 
@@ -84,8 +87,12 @@ class Effect:
     """Makes no sense for a rigid joint."""
     needs_link: bool = False
     """Can only be seen with a link encoder."""
-    scales_torque: bool = False
-    """Changes the torque of the whole model by a share: inertias and stiffness follow it, and hardly a gap is left."""
+    scales_torque: float = 0.0
+    """It changes the torque of the whole model by a share: inertias and stiffness follow it, and hardly a gap is left.
+    The factor by which they may follow it further than its law says; 0 for an effect that does nothing of the kind."""
+    forces_open: Callable[[Mapping[str, float], float], float] | None = None
+    """Relative standard deviation of all forces where it is in the model, from its parameters and the recording's
+    duration, s: its law says less of what scales them than it seems."""
     law_error: float = 0.05
     """Share of what it changes in the prediction that its law, ideal as it is, may get wrong."""
     essential: tuple[str, ...] = ()

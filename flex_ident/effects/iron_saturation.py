@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import BEYOND_THE_LAW, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.parameters.prior import Prior
 from flex_ident.recording import Floats
@@ -37,7 +37,7 @@ IRON_SATURATION = Effect(
     probes=_probes,
     priors=_priors,
     where="measurement",
-    scales_torque=True,
+    scales_torque=BEYOND_THE_LAW,
     signature="a residual against the torque that grows with its cube",
     bin_by="recorded_torque",
     confused_with=("saturation", "nonlinear_stiffness"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from flex_ident.effects.effect import Effect, EffectParameter
+from flex_ident.effects.effect import BEYOND_THE_LAW, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.simulation.terms import Term
 
@@ -28,7 +28,7 @@ TORQUE_DROOP = Effect(
     ),
     probes=_probes,
     where="measurement",
-    scales_torque=True,
+    scales_torque=BEYOND_THE_LAW,
     signature="a residual against the torque that grows with speed",
     bin_by="motor_velocity",
     confused_with=("viscous_nonlinearity", "saturation"),

@@ -80,7 +80,8 @@ def evidence_of(
         link=(left.link.gap, left.link.floor) if left.link is not None and left.link.structured else None,
         noise_known=left.evidence != "none",
         causes=tuple(
-            Cause(s.effect, s.gain, moved.get(s.effect, 0.0), s.strong, s.scales_torque) for s in estimate.suspects
+            Cause(s.effect, s.gain, moved.get(s.effect, 0.0), s.strong, s.scales_torque > 0.0)
+            for s in estimate.suspects
         ),
         other_joints=None
         if coupling is None or not coupling.seen

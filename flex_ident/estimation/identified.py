@@ -86,6 +86,13 @@ def cancelled_error(estimate: Estimate, key: str) -> float:
     return math.sqrt(3.0) * std if math.isfinite(std) else 0.0
 
 
+def forces_open(estimate: Estimate) -> float:
+    """Relative standard deviation of all forces for what effects of the model leave open of their scale."""
+    duration_s = float(np.ptp(estimate.problem.recording.time))
+    held = estimate.fit.values.effects.items()
+    return math.hypot(*(e.forces_open(v, duration_s) for n, v in held if (e := CATALOGUE[n]).forces_open is not None))
+
+
 def beside_its_like(estimate: Estimate) -> bool:
     """Whether a model holds an effect that another of the same kind may be beside: then the intervals hold that one."""
     held = (CATALOGUE[name] for name in estimate.fit.values.effects)
@@ -98,6 +105,8 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     std = estimate.uncertainty.std(key)
     if key not in MEASUREMENT_KEYS:
         std = math.hypot(std, folding_error(estimate) * value)
+    if key_named(key).is_force:
+        std = math.hypot(std, forces_open(estimate) * value)
     beside = estimate.unseen.get(key, 0.0) if beside_its_like(estimate) else 0.0
     loss = loss_error(key, value, estimate.lossy)
     std = math.hypot(

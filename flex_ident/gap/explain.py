@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flex_ident.effects import CATALOGUE
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
 from flex_ident.estimation.evidence import is_identifiable
@@ -147,6 +148,12 @@ def explain(
         reasons.append(
             f"{whole.link.gap:.3g} rad rms remain of the link's position, its noise is {whole.link.floor:.3g} rad."
         )
+    reasons += [
+        f"{n.subject} is suspected: it would move the parameters by {n.numbers['moved_stds']:.0f} standard deviations, "
+        "and hardly leaves a gap."
+        for n in final.notices
+        if n.code == Code.CAUSE_SUSPECTED and CATALOGUE[n.subject].scales_torque > 0.0
+    ]
     if estimate.strained:
         names = ", ".join(estimate.strained)
         reasons.append(f"{names} is at the end of what a measurement chain can be: it stands in for something else.")

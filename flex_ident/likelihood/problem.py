@@ -22,6 +22,7 @@ from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
+from flex_ident.simulation.drive import delivered_torque
 from flex_ident.simulation.encoder_error import link_reading_error
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque, standstill_friction
@@ -286,13 +287,9 @@ class FitProblem:
 
     def measured_torque(self, values: Values) -> Floats:
         """The recorded torque (m,), or as much of it as the model says that the drive delivered."""
-        terms = self.terms(values)
-        limit, iron, droop = (float(terms[t]) for t in (Term.TORQUE_LIMIT, Term.IRON_LOSS, Term.TORQUE_DROOP))
-        limited = 0.0 < limit < float(np.max(np.abs(self._raw_torque)))
-        if not limited and iron == 0.0 and droop == 0.0:
-            return self.torque
-        torque = np.clip(self._raw_torque, -limit, limit) if limited else self._raw_torque
-        return self.reduced(torque / (1.0 + iron * torque**2 + droop * self.motion.velocity**2))
+        time = self.recording.time - self.recording.time[0]
+        delivered = delivered_torque(self.terms(values), self._raw_torque, self.motion.velocity, time)
+        return self.torque if delivered is self._raw_torque else self.reduced(delivered)
 
     def _limited(self, values: Values) -> bool:
         """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""

@@ -24,7 +24,7 @@ from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
 from flex_ident.screening.sketching import extended_solver, raced, raced_starts, sketched
-from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, SCALE_UNKNOWN, SHOWS, STRONG
+from flex_ident.screening.thresholds import ENOUGH, LEAST_WEIGHT, NO_CAUSE, SHOWS, STRONG
 
 MOST_SKETCHES = 4
 MOST_WEIGHTY, WEIGHTY = 2, 1.0
@@ -50,10 +50,10 @@ class Suspect:
         return 1.0 / (1.0 + math.exp(-0.5 * float(np.clip(self.gain, -60.0, 60.0))))
 
     @property
-    def scales_torque(self) -> bool:
-        """Whether all forces follow it, by a law of which only the shape within the recording shows."""
+    def scales_torque(self) -> float:
+        """The factor by which all forces may follow it further than its law says; 0 where they do not follow it."""
         effect = CATALOGUE.get(self.effect)
-        return effect is not None and effect.scales_torque
+        return 0.0 if effect is None else effect.scales_torque
 
     @property
     def strong(self) -> bool:
@@ -267,7 +267,7 @@ def widened(uncertainty: Uncertainty, found: tuple[Suspect, ...], left: Remainde
         weight = suspect.weight * min(1.0, max(suspect.gain, 0.0) / best if best > STRONG else 1.0)
         if weight < LEAST_WEIGHT:
             continue
-        moved = weight * (SCALE_UNKNOWN if suspect.scales_torque else 1.0) * suspect.shift
+        moved = weight * (suspect.scales_torque or 1.0) * suspect.shift
         covariance += np.outer(moved, moved)
     unexplained = unexplained_gap(found, left)
     factor = 1.0

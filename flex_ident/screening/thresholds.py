@@ -16,9 +16,6 @@ SHOWS = 10.0
 """Standard deviations from which a nuisance that stands for an effect out of sight shows, and may stand for another: a
 base that gives way made one of 1250 (`bench/coverage.py --hidden`, seed 73, recording 7)."""
 LEAST_WEIGHT = 0.02
-SCALE_UNKNOWN = 4.0
-"""Factor on the shift of an effect that scales the torque: a loss that grows with speed squared up to 1 rad/s and no
-further moved K by four times what the law without an end says (two recordings of an adversary)."""
 NO_CAUSE = 2.0
 """Factor on what structure does to the intervals where no suspect accounts for half of it: a base that gives way, the
 law of friction in MuJoCo and a drive's own dynamics moved Jm, K and JL by up to that much more."""

@@ -144,6 +144,8 @@ class Term(IntEnum):
     """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
+    GAIN_RATE = "measurement", False
+    """Relative change in a second of what a torque is recorded as, 1/s; none at the start."""
     CABLE_STIFFNESS = "link", True
     """Of a spring from the link to ground, N m/rad: multiplies the link's position."""
     CABLE_TORQUE = "link", True

@@ -120,6 +120,7 @@ class P(IntEnum):
     MOTOR_ENCODER = 243
     """Amplitude, cycles a turn and phase of the first harmonic of what the encoder reads too far; the others follow."""
     LINK_ENCODER = 258
+    GAIN_RATE = 273
 
 
 BASE = {
@@ -164,6 +165,7 @@ EFFECTS: dict[str, int] = {
     "saturation.limit": P.DRIVE_LIMIT,
     "iron_saturation.loss": P.IRON_LOSS,
     "torque_droop.loss": P.TORQUE_DROOP,
+    "gain_drift.rate": P.GAIN_RATE,
     "second_mode.inertia": P.SECOND_INERTIA,
     "second_mode.stiffness": P.SECOND_STIFFNESS,
     "second_mode.damping": P.SECOND_DAMPING,
@@ -198,7 +200,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.LINK_ENCODER) + 3 * len(HARMONIC_SUFFIXES)
+SIZE = int(P.GAIN_RATE) + 1
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

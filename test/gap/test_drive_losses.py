@@ -50,3 +50,31 @@ def test_a_loss_of_torque_is_named_and_measured(effect: str) -> None:
     assert [f.effect for f in found.findings] == [effect]
     loss = found.findings[0].parameters[0]
     assert loss.value == pytest.approx(LOSSES[effect], rel=0.2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("change", "settles_s"), [(0.01, 8.0), (-0.03, 12.0)])
+def test_a_gain_that_drifts_is_in_the_intervals_or_doubted(change: float, settles_s: float) -> None:
+    """As a magnet warms: the effect of the catalogue is a straight line."""
+    recording = virtual_recording(COBOT_JOINT, EXPERIMENT, CHAIN, seed=7)
+    gain = 1.0 - change * np.expm1(-recording.time / settles_s)
+    drifting = replace(recording, motor_torque=recording.motor_torque * gain)
+    result = identify(drifting, IdentifyOptions())
+    for key in ("Jm", "K", "JL"):
+        p = result.parameter(key)
+        assert abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, p
+        assert p.std < 2.0 * abs(change) * p.value, p
+    assert result.verdict == "trusted" or any(n.subject == "gain_drift" for n in result.notices)
+    assert explain(drifting, GapOptions()).verdict != "complete" or result.verdict == "trusted"
+
+
+@pytest.mark.slow
+def test_a_gain_that_drifts_far_is_named_and_measured() -> None:
+    truth = COBOT_JOINT.with_effect("gain_drift", {"rate": -0.004})
+    found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=8), GapOptions())
+    assert [f.effect for f in found.findings] == ["gain_drift"]
+    rate = found.findings[0].parameters[0]
+    assert rate.value == pytest.approx(-0.004, rel=0.1)
+    for key in ("Jm", "K", "JL"):
+        p = found.final.parameter(key)
+        assert abs(p.value - truth.value(key)) < 3.0 * p.std, p

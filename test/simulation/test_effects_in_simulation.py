@@ -51,6 +51,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "cable_torque": {"stiffness": 30.0, "torque": 3.0, "cosine": 2.0, "sine": -4.0},
     "iron_saturation": {"loss": 4e-6},
     "torque_droop": {"loss": 0.05},
+    "gain_drift": {"rate": 0.01},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
     "effort_lag": {"time": 8e-3},

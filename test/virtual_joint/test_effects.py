@@ -209,6 +209,16 @@ def test_iron_and_speed_take_their_share_of_the_torque() -> None:
     assert 20.0 / (1.0 + 0.1 * speed**2) == pytest.approx(10.0 * speed + 5.0, rel=1e-3)  # what friction takes
 
 
+def test_a_gain_that_drifts_is_read_and_not_felt() -> None:
+    reference, drive = np.full(4000, 20.0), drive_for(LEVEL, interface="effort")
+    plain = virtual_motion(LEVEL, drive=drive, reference=reference)
+    warm = virtual_motion(LEVEL.with_effect("gain_drift", {"rate": 0.02}), drive=drive, reference=reference)
+    assert np.array_equal(warm.motor_position, plain.motor_position)
+    gain = warm.torque / plain.torque
+    assert gain[0] == 1.0
+    assert gain[-1] == pytest.approx(1.0 + 0.02 * plain.time[-1], rel=1e-4)
+
+
 @pytest.mark.parametrize("shift", [0.0023, -0.0017])
 @pytest.mark.parametrize(
     ("effect", "key", "role"), [("time_delay", "delay", "motor_torque"), ("encoder_skew", "skew", "link_position")]
