@@ -24,6 +24,7 @@ from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
 from flex_ident.effects.position_dependent_friction import POSITION_DEPENDENT_FRICTION
+from flex_ident.effects.position_dependent_stiffness import POSITION_DEPENDENT_STIFFNESS
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
 from flex_ident.effects.saturation import SATURATION
 from flex_ident.effects.second_mode import SECOND_MODE
@@ -54,6 +55,7 @@ CATALOGUE: dict[str, Effect] = {
         GRAVITY_EFFECT,
         CABLE_TORQUE,
         NONLINEAR_STIFFNESS,
+        POSITION_DEPENDENT_STIFFNESS,
         BACKLASH,
         HYSTERESIS,
         JOINT_DAMPING,

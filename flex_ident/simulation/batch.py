@@ -170,7 +170,7 @@ def _simulation(lanes: int) -> Simulation:
                         turning += 1
             else:
                 for j in range(lanes):
-                    torque[j, k] = spring_torque(terms[j], b0 - w[j], r0 - w[lanes + j], hysteresis[j], relaxing[j])
+                    torque[j, k] = spring_torque(terms[j], b0, b0 - w[j], r0 - w[lanes + j], hysteresis[j], relaxing[j])
                     position[j, k], velocity[j, k] = w[j], w[lanes + j]
             if k == n - 1:
                 break

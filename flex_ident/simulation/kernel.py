@@ -28,6 +28,7 @@ STRIBECK, STRIBECK_V = int(Term.LINK_STRIBECK), int(Term.LINK_STRIBECK_VELOCITY)
 LOAD, RATE = int(Term.LINK_LOAD_FRICTION), int(Term.FRICTION_RATE)
 J2, K2, D2 = int(Term.SECOND_INERTIA), int(Term.SECOND_STIFFNESS), int(Term.SECOND_DAMPING)
 CURVE = int(SPRING_CURVE.points)
+K_X2, K_Y2 = int(Term.STIFFNESS_COS_2), int(Term.STIFFNESS_SIN_2)
 CABLE, CABLE_PULL = int(Term.CABLE_STIFFNESS), int(Term.CABLE_TORQUE)
 CABLE_X2, CABLE_Y2 = int(Term.CABLE_COS_2), int(Term.CABLE_SIN_2)
 SOFT, SOFT_T = int(Term.SOFT_FRICTION), int(Term.SOFT_FRICTION_TIME)
@@ -56,8 +57,9 @@ def relaxed(p: Floats, y: float, change: float, time: float) -> float:
 
 
 @compiled
-def spring_torque(p: Floats, d: float, rate: float, z: float, y: float) -> float:
-    """Torque through the transmission at deflection `d`, its `rate`, Dahl state `z`, and `y` of what relaxes."""
+def spring_torque(p: Floats, at: float, d: float, rate: float, z: float, y: float) -> float:
+    """Torque through the transmission at deflection `d`, its `rate`, Dahl state `z`, and `y` of what relaxes; `at`: the
+    angle of the motor's side."""
     e = d
     gap = p[HALF_GAP]
     if gap > 0.0:
@@ -70,6 +72,8 @@ def spring_torque(p: Floats, d: float, rate: float, z: float, y: float) -> float
     if p[ZONE] != 0.0 and p[ZONE_D] > 0.0:
         e -= p[ZONE] * e / math.sqrt(1.0 + (e / p[ZONE_D]) ** 2)
     torque = p[K] * e + p[K3] * d * d * d + p[DAMP] * rate + p[HYS] * z + p[RELAX] * y
+    if p[K_X2] != 0.0 or p[K_Y2] != 0.0:
+        torque += (p[K_X2] * (math.cos(2.0 * at) - 1.0) + p[K_Y2] * math.sin(2.0 * at)) * d
     if p[CURVE] > 0.0:
         torque += tabulated(p, CURVE, d)
     return float(torque)
@@ -175,7 +179,7 @@ def link_step(
         elif not soft:
             # At rest: does the link stick until the end of the step?
             here = interpolated(b0, b1, b2, x0)
-            tau = spring_torque(p, here - q, interpolated(r0, r1, r2, x0), z, y)
+            tau = spring_torque(p, here, here - q, interpolated(r0, r1, r2, x0), z, y)
             push = free_torque(p, q - q_start, 0.0, q2 - q, v2, tau, time, load, slope)
             hold = dry_friction(p, 0.0, tau, time)
             if abs(push) > hold:
@@ -183,7 +187,7 @@ def link_step(
             else:
                 z_end = dahl_state(z, b2 - here, p[HYS_D])
                 y_end = relaxed(p, y, b2 - here, (1.0 - x0) * step)
-                tau_end = spring_torque(p, b2 - q, r2, z_end, y_end)
+                tau_end = spring_torque(p, b2, b2 - q, r2, z_end, y_end)
                 push_end = free_torque(p, q - q_start, 0.0, q2 - q, v2, tau_end, time, load, slope)
                 hold_end = dry_friction(p, 0.0, tau_end, time)
                 excess, excess_end = abs(push) - hold, abs(push_end) - hold_end
@@ -223,7 +227,7 @@ def link_step(
                 sd = interpolated(b0, b1, b2, where) - sq
                 sz = dahl_state(z_old, sd - d_old, p[HYS_D])
                 sy = relaxed(p, y_old, sd - d_old, share)
-                tau = spring_torque(p, sd, interpolated(r0, r1, r2, where) - sv, sz, sy)
+                tau = spring_torque(p, sd + sq, sd, interpolated(r0, r1, r2, where) - sv, sz, sy)
                 kq = sv
                 push = free_torque(p, sq - q_start, sv, sq2 - sq, sv2 - sv, tau, time, load, slope)
                 dry = dry_friction(p, sv, tau, time)
@@ -264,7 +268,7 @@ def simulated_link(
     q2, v2, z, y = q, v, 0.0, 0.0
     bound = RUNAWAY * (10.0 + abs(q))
     for k in range(n):
-        torque[k] = spring_torque(p, base[2 * k] - q, base_rate[2 * k] - v, z, y)
+        torque[k] = spring_torque(p, base[2 * k], base[2 * k] - q, base_rate[2 * k] - v, z, y)
         position[k], velocity[k] = q, v
         if k == n - 1:
             break

@@ -64,7 +64,7 @@ def simulated_link_on_mount(
     bound = RUNAWAY * (10.0 + abs(q))
     angle = -gravity(p, q)[0] / p[KB] if p[KB] > 0.0 else 0.0
     rate, last = 0.0, 2 * (n - 1)
-    tau = spring_torque(p, base[0] - q, base_rate[0] - v, z, y)
+    tau = spring_torque(p, base[0], base[0] - q, base_rate[0] - v, z, y)
     motor = (base_rate[min(1, last)] - base_rate[0]) / (0.5 * step)
     before = now = base_acceleration(p, tau, v, gravity(p, q)[0], motor, angle, rate, 0.0)
     for k in range(n):
@@ -77,7 +77,7 @@ def simulated_link_on_mount(
             base_rate[2 * k + 1], base_rate[2 * k + 2], step, k * step, p[JL] * middle,
         )  # fmt: skip
         j = 2 * k + 2
-        tau = spring_torque(p, base[j] - q, base_rate[j] - v, z, y)
+        tau = spring_torque(p, base[j], base[j] - q, base_rate[j] - v, z, y)
         right = min(j + 1, last)
         motor = (base_rate[right] - base_rate[j - 1]) / (0.5 * step * (right - j + 1))
         angle += step * (rate + 0.5 * step * now)

@@ -144,6 +144,9 @@ class Term(IntEnum):
     """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
+    STIFFNESS_COS_2 = "spring", True
+    """By how much the stiffness grows with the angle of the motor's side, N m/rad: multiplies cos 2q - 1."""
+    STIFFNESS_SIN_2 = "spring", True
     GAIN_RATE = "measurement", False
     """Relative change in a second of what a torque is recorded as, 1/s; none at the start."""
     CABLE_STIFFNESS = "link", True

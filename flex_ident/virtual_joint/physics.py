@@ -121,6 +121,8 @@ class P(IntEnum):
     """Amplitude, cycles a turn and phase of the first harmonic of what the encoder reads too far; the others follow."""
     LINK_ENCODER = 258
     GAIN_RATE = 273
+    STIFFNESS_COSINE = 274
+    STIFFNESS_SINE = 275
 
 
 BASE = {
@@ -166,6 +168,8 @@ EFFECTS: dict[str, int] = {
     "iron_saturation.loss": P.IRON_LOSS,
     "torque_droop.loss": P.TORQUE_DROOP,
     "gain_drift.rate": P.GAIN_RATE,
+    "position_dependent_stiffness.cosine": P.STIFFNESS_COSINE,
+    "position_dependent_stiffness.sine": P.STIFFNESS_SINE,
     "second_mode.inertia": P.SECOND_INERTIA,
     "second_mode.stiffness": P.SECOND_STIFFNESS,
     "second_mode.damping": P.SECOND_DAMPING,
@@ -200,7 +204,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.GAIN_RATE) + 1
+SIZE = int(P.STIFFNESS_SINE) + 1
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

@@ -39,6 +39,7 @@ MOTOR_READ, LINK_READ = int(P.MOTOR_ENCODER), int(P.LINK_ENCODER)
 RELAX, RELAX_T = int(P.RELAXING), int(P.RELAXATION)
 IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
 GAIN = int(P.GAIN_RATE)
+STIFF_C, STIFF_S = int(P.STIFFNESS_COSINE), int(P.STIFFNESS_SINE)
 
 HARMONICS = 5
 """Of what is periodic in the motor's angle: amplitude, cycles a turn and phase, one after the other from the first."""
@@ -155,6 +156,13 @@ def elastic_torque(p: Floats, d: float, bristle: float) -> float:
 
 
 @compiled
+def uneven(p: Floats, motor: float) -> float:
+    """Stiffness of the spring with the motor at an angle, less that at none, N m/rad."""
+    turned = math.sin(motor)
+    return float(2.0 * turned * (p[STIFF_S] * math.cos(motor) - p[STIFF_C] * turned))
+
+
+@compiled
 def dahl_state(p: Floats, z: float, change: float) -> float:
     """Dahl's state after the deflection changed by `change`, rad."""
     if p[DAHL_D] <= 0.0 or change == 0.0:
@@ -225,6 +233,7 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
             state[PART] = ((1.0 - lost) * state[PART] + d - state[7]) / (1.0 + lost)
         state[7] = d
         load = p[RELAX] * state[PART] + elastic_torque(p, d, state[6]) + p[DAMP] * (gear * va - vb)
+        load += uneven(p, a) * d
         push -= gear * load
     else:
         load = weight(p, a)
@@ -379,7 +388,8 @@ def _rest_link(p: Floats, motor: float) -> float:
     low, high = motor - span, motor + span
     for _ in range(60):
         link = 0.5 * (low + high)
-        if elastic_torque(p, deflection(p, motor, link), 0.0) > weight(p, link):
+        bent = deflection(p, motor, link)
+        if elastic_torque(p, bent, 0.0) + uneven(p, motor) * bent > weight(p, link):
             low = link
         else:
             high = link

@@ -1,5 +1,8 @@
-"""Springs that are softer at small torque, or relax: named and measured; the truth is the virtual joint, not ours."""
+"""Springs that are softer at small torque, relax, or vary with the angle: named; the truth is the virtual joint."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from flex_ident.gap import GapOptions, explain
@@ -24,3 +27,25 @@ def test_a_spring_is_named_and_measured(effect: str, link: bool) -> None:
     for key, size in SPRINGS[effect].items():
         assert sizes[key].value == pytest.approx(size, rel=0.15), key
     assert found.final.parameter("K").value == pytest.approx(COBOT_JOINT.value("K"), rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("link", [pytest.param(True, marks=pytest.mark.campaign), False])
+def test_a_stiffness_that_varies_with_the_angle_is_named_and_measured(link: bool) -> None:
+    """Judged by the stiffness over the range of motion: in a small one its two parts look alike."""
+    name, sizes = "position_dependent_stiffness", {"cosine": 300.0, "sine": 900.0}
+    truth = COBOT_JOINT.with_effect(name, sizes)
+    wide = replace(EXPERIMENT, profile="falling", amplitude=0.3)
+    recording = virtual_recording(truth, wide, CHAIN, seed=5, link=link)
+    found = explain(recording, GapOptions())
+    assert [f.effect for f in found.findings] == [name], found.rejected
+    angles = np.quantile(recording.motor_position, [0.02, 0.5, 0.98])
+
+    def stiffness(k: float, cosine: float, sine: float) -> np.ndarray:
+        return k + cosine * (np.cos(2.0 * angles) - 1.0) + sine * np.sin(2.0 * angles)
+
+    size = {p.key.rpartition(".")[2]: p.value for p in found.findings[0].parameters}
+    known = stiffness(found.final.parameter("K").value, size["cosine"], size["sine"])
+    right = stiffness(truth.value("K"), sizes["cosine"], sizes["sine"])
+    assert known == pytest.approx(right, rel=0.005)
+    assert float(np.ptp(right)) > 0.02 * float(np.mean(right))

@@ -52,6 +52,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "iron_saturation": {"loss": 4e-6},
     "torque_droop": {"loss": 0.05},
     "gain_drift": {"rate": 0.01},
+    "position_dependent_stiffness": {"cosine": -1500.0, "sine": 900.0},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
     "effort_lag": {"time": 8e-3},
