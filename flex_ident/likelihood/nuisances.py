@@ -72,8 +72,10 @@ def measurement_priors(problem: FitProblem, *, late_samples: float = LATE_SAMPLE
         priors["initial_velocity"] = Prior(0.0, start, -10.0 * start, 10.0 * start)
     if problem.link is not None:
         far = 10.0 * reach + 10.0
+        apart = float(np.median(problem.link - problem.motion.position[:: problem.decimation]))
         priors["link_skew"] = Prior(0.0, ts, -limit, limit)
-        priors["link_zero"] = Prior(0.0, far, -10.0 * far, 10.0 * far)
+        # Counters that were never set to the same zero may be any number of turns apart.
+        priors["link_zero"] = Prior(apart, far, apart - 10.0 * far, apart + 10.0 * far, start=apart)
         priors["link_scale"] = Prior(0.0, USUAL_SCALE, -LARGEST_SCALE, LARGEST_SCALE)
         priors[FAR_MODE] = far_mode_prior()
         if has_own_clock(problem.recording):

@@ -25,6 +25,8 @@ PHASE = 0.97
 """Share of the changes, window by window, that must come at one phase of an update for coarse signals."""
 CHANGES = 6
 """Changes in a window from which its phases say anything."""
+STEP = 1.01
+"""Steps of a quantised effort into and out of a stretch up to which it is the rounding that stands still."""
 FROZEN_S, FROZEN_SAMPLES = 0.1, 20
 LONGER, OTHERS = 5.0, 10
 """How much longer a run must be than this many other runs at least to be a freeze."""
@@ -129,7 +131,8 @@ def freezes(effort: Floats, position: Floats, period: float) -> list[Freeze]:
 
     `position` (n,) is the joint's at the same samples. Stands out: a run that lasts 0.1 s and far longer than nearly
     all others, while the joint speeds up or slows down; or at rest, when the effort has noise everywhere else. A
-    quantised effort may repeat itself while a joint rests or moves steadily.
+    quantised effort may repeat itself while a joint rests or moves steadily, and where a step of it leads into the
+    stretch and another out of it.
     """
     effort = without_rounding(effort)
     starts, lengths = runs_of_equal(effort)
@@ -137,14 +140,24 @@ def freezes(effort: Floats, position: Floats, period: float) -> list[Freeze]:
     long = lengths >= max(FROZEN_SAMPLES, FROZEN_S / period, LONGER * usual)
     if not long.any() or long.all():
         return []
+    step = STEP * _smallest_step(effort)
     strayed, noisy = MOVED * float(np.ptp(position)), _has_noise(effort, starts[long], lengths[long])
     found = []
     for start, length in zip(starts[long].tolist(), lengths[long].tolist(), strict=True):
+        inside = start > 0 and start + length < effort.size
+        if inside and float(np.max(np.abs(effort[[start - 1, start + length]] - effort[start]))) <= step:
+            continue
         here, at = position[start : start + length], np.arange(length)
         steady = np.polyval(np.polyfit(at, here, 1), at)
         if noisy or float(np.max(np.abs(here - steady))) > strayed:
             found.append(Freeze(start, start + length))
     return found
+
+
+def _smallest_step(values: Floats) -> float:
+    """The least that a signal changes by where it changes; 0 of a constant."""
+    steps = np.abs(np.diff(values))
+    return float(np.min(steps[steps > 0.0], initial=np.inf)) if (steps > 0.0).any() else 0.0
 
 
 def _has_noise(effort: Floats, starts: NDArray[np.int64], lengths: NDArray[np.int64]) -> bool:

@@ -1,5 +1,7 @@
 """What is estimated beside the joint: bounds, starts, and effects that take a nuisance over."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -109,3 +111,15 @@ def test_friction_that_turns_over_earlier_than_any_is_strained() -> None:
     assert strained(Values({"reversal_lead": 0.02, "torque_delay": 0.0}), priors) == ("reversal_lead",)
     assert strained(Values({"reversal_lead": -0.02, "torque_delay": 0.0}), priors) == ("reversal_lead",)
     assert strained(Values({"reversal_lead": 0.004, "torque_delay": 0.0}), priors) == ()
+
+
+@pytest.mark.parametrize("turns", [-3000.0, 0.0, 50.0])
+def test_encoders_may_count_from_any_zeros(turns: float) -> None:
+    experiment = Experiment(duration_s=8.0, sample_rate_hz=500.0)
+    recording = virtual_recording(COBOT_JOINT, experiment, MeasurementChain(torque_noise=0.01))
+    assert recording.link_position is not None
+    off = 2.0 * np.pi * turns - 1.0
+    moved = replace(recording, link_position=recording.link_position + off)
+    zero = measurement_priors(FitProblem(moved, sensors="motor+link", band_hz=30.0))["link_zero"]
+    assert zero.start == pytest.approx(off, abs=1e-3)
+    assert zero.lower < off < zero.upper

@@ -230,6 +230,19 @@ def test_an_effort_that_freezes_in_motion_is_left_out(rate: float, step: float, 
     assert "stands still once" in sentence(notices[0])
 
 
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_a_coarse_effort_that_stays_on_one_step_is_no_frozen_one(share: float) -> None:
+    """Slow motion about a step's middle: the effort is the same for long while the joint turns round."""
+    time = of(signals(500.0), "motor_torque").time
+    position = 0.3 * np.sin(0.4 * np.pi * time)
+    effort = 20.0 * np.sin(2.0 * np.pi * 1.7 * np.maximum(time - 6.0, 0.0)) + 8.0 * np.sin(0.4 * np.pi * time)
+    step = share * float(np.ptp(effort))
+    given = with_values(signals(500.0), "motor_torque", np.round(effort / step) * step)
+    given = with_values(given, "motor_position", position)
+    _, notices = mended_signals(given)
+    assert "effort_frozen" not in codes(notices)
+
+
 def test_an_effort_that_a_protective_stop_freezes_at_rest_is_left_out() -> None:
     given = signals(500.0, encoder=1e-5)
     time = of(given, "motor_torque").time
