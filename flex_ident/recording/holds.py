@@ -144,8 +144,8 @@ def freezes(effort: Floats, position: Floats, period: float) -> list[Freeze]:
     strayed, noisy = MOVED * float(np.ptp(position)), _has_noise(effort, starts[long], lengths[long])
     found = []
     for start, length in zip(starts[long].tolist(), lengths[long].tolist(), strict=True):
-        inside = start > 0 and start + length < effort.size
-        if inside and float(np.max(np.abs(effort[[start - 1, start + length]] - effort[start]))) <= step:
+        ends = effort[[max(start - 1, 0), min(start + length, effort.size - 1)]]
+        if start + length < effort.size and float(np.max(np.abs(ends - effort[start]))) <= step:
             continue
         here, at = position[start : start + length], np.arange(length)
         steady = np.polyval(np.polyfit(at, here, 1), at)
