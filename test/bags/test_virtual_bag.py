@@ -13,7 +13,7 @@ from flex_ident.virtual_joint import COBOT_JOINT, Experiment, chain_for, virtual
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize("storage", ["mcap", pytest.param("sqlite3", marks=pytest.mark.campaign)])
 @pytest.mark.parametrize("compression", ["", "file", "message"])
 def test_a_virtual_bag_is_read_as_it_was_made(tmp_path: Path, storage: str, compression: str) -> None:
     experiment = Experiment(duration_s=5.0)

@@ -30,7 +30,8 @@ def chain(bits: int) -> MeasurementChain:
 
 
 @pytest.fixture(
-    scope="module", params=[pytest.param(n, marks=pytest.mark.slow if n == "series_elastic" else ()) for n in JOINTS]
+    scope="module",
+    params=[pytest.param(n, marks=pytest.mark.campaign if n == "series_elastic" else ()) for n in JOINTS],
 )
 def joint_and_recording(request: pytest.FixtureRequest) -> tuple[JointModel, Recording]:
     model = JOINTS[request.param]

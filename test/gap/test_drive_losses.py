@@ -53,7 +53,7 @@ def test_a_loss_of_torque_is_named_and_measured(effect: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("change", "settles_s"), [(0.01, 8.0), (-0.03, 12.0)])
+@pytest.mark.parametrize(("change", "settles_s"), [(0.01, 8.0), pytest.param(-0.03, 12.0, marks=pytest.mark.campaign)])
 def test_a_gain_that_drifts_is_in_the_intervals_or_doubted(change: float, settles_s: float) -> None:
     """As a magnet warms: the effect of the catalogue is a straight line."""
     recording = virtual_recording(COBOT_JOINT, EXPERIMENT, CHAIN, seed=7)
@@ -69,6 +69,7 @@ def test_a_gain_that_drifts_is_in_the_intervals_or_doubted(change: float, settle
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_a_gain_that_drifts_far_is_named_and_measured() -> None:
     truth = COBOT_JOINT.with_effect("gain_drift", {"rate": -0.004})
     found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=8), GapOptions())

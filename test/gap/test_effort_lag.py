@@ -23,7 +23,8 @@ def behind(time: float, *, link: bool = True) -> Recording:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("link", [True, pytest.param(False, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("link", [True, False])
 def test_a_low_pass_of_several_samples_is_named_and_measured(link: bool) -> None:
     found = explain(behind(8e-3, link=link), GapOptions())
     assert [f.effect for f in found.findings] == ["effort_lag"]

@@ -44,7 +44,7 @@ def test_an_error_of_the_link_encoder_is_tried_where_the_joint_turns_far_enough(
 @pytest.mark.parametrize(
     ("truth", "effect", "experiment", "link"),
     [
-        (ON_THE_MOTOR, MOTOR, EXPERIMENT, True),
+        pytest.param(ON_THE_MOTOR, MOTOR, EXPERIMENT, True, marks=pytest.mark.campaign),
         pytest.param(ON_THE_MOTOR, MOTOR, EXPERIMENT, False, marks=pytest.mark.campaign),
         (ON_THE_LINK, LINK, WIDE, True),
     ],

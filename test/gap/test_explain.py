@@ -35,9 +35,14 @@ def test_nothing_is_named_where_nothing_is_missing(model: JointModel, sensors: s
     ("effect", "parameters", "sensors"),
     [
         pytest.param("backlash", {"gap": 6e-4}, "motor+link", marks=pytest.mark.campaign),
-        ("torque_ripple", {"amplitude": 2.0, "cycles_per_turn": 60.0, "phase": 0.5}, "motor"),
+        pytest.param(
+            "torque_ripple",
+            {"amplitude": 2.0, "cycles_per_turn": 60.0, "phase": 0.5},
+            "motor",
+            marks=pytest.mark.campaign,
+        ),
         pytest.param("joint_damping", {"damping": 3.0}, "motor+link", marks=pytest.mark.campaign),
-        pytest.param("time_delay", {"delay": 5e-3}, "motor+link", marks=pytest.mark.campaign),
+        ("time_delay", {"delay": 5e-3}, "motor+link"),
     ],
 )
 def test_a_hidden_effect_is_named_and_measured(effect: str, parameters: dict[str, float], sensors: str) -> None:

@@ -34,7 +34,8 @@ def test_dry_friction_that_turns_over_at_once_is_no_bristle(case: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sensors", ["motor", pytest.param("motor+link", marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+@pytest.mark.campaign
 def test_bristles_with_a_stribeck_curve_are_named_and_measured(sensors: str) -> None:
     truth = COBOT._replace(**HIDDEN["lugre"])
     found = explain(flexible_case("lugre")[0], GapOptions(sensors=sensors))

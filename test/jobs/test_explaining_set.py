@@ -147,7 +147,7 @@ def test_put_in_by_hand_and_beside_a_simulator(bags: Path, tmp_path: Path, capsy
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("names", [("a",), ("a", "b")])
+@pytest.mark.parametrize("names", [("a",), pytest.param(("a", "b"), marks=pytest.mark.campaign)])
 def test_a_simulator_without_torque_costs_the_comparison_alone(
     bags: Path, names: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -49,8 +49,8 @@ def checked(result: Identification, model: JointModel, *, keys: tuple[str, ...],
     ("name", "sensors"),
     [
         ("paper", "motor"),
-        pytest.param("cobot", "motor+link", marks=pytest.mark.slow),
-        pytest.param("series_elastic", "motor", marks=pytest.mark.slow),
+        pytest.param("cobot", "motor+link", marks=pytest.mark.campaign),
+        pytest.param("series_elastic", "motor", marks=pytest.mark.campaign),
     ],
 )
 def test_identification_recovers_mujocos_joint(name: str, sensors: str) -> None:
