@@ -264,6 +264,8 @@ class FitProblem:
             torque, delay=float(terms[Term.TORQUE_DELAY]), curvature=float(terms[Term.TORQUE_AVERAGING]) * ts * ts,
             lag=lag,
         )  # fmt: skip
+        if terms[Term.GAIN_RATE] != 0.0:  # what is read, not what was recorded: noise must not be scaled away
+            torque_out = torque_out * (1.0 + terms[Term.GAIN_RATE] * (self.time - self.time[0]))
         link_out = None
         if self.link is not None and link is not None:
             position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))
@@ -287,8 +289,7 @@ class FitProblem:
 
     def measured_torque(self, values: Values) -> Floats:
         """The recorded torque (m,), or as much of it as the model says that the drive delivered."""
-        time = self.recording.time - self.recording.time[0]
-        delivered = delivered_torque(self.terms(values), self._raw_torque, self.motion.velocity, time)
+        delivered = delivered_torque(self.terms(values), self._raw_torque, self.motion.velocity)
         return self.torque if delivered is self._raw_torque else self.reduced(delivered)
 
     def _limited(self, values: Values) -> bool:

@@ -1,4 +1,4 @@
-"""How much of the torque that was recorded the joint had: drives that give way, and readings whose gain drifts."""
+"""How much of the torque that was recorded the joint had: drives that give way."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import Term
 
-ACTING = (Term.TORQUE_LIMIT, Term.IRON_LOSS, Term.TORQUE_DROOP, Term.GAIN_RATE)
+ACTING = (Term.TORQUE_LIMIT, Term.IRON_LOSS, Term.TORQUE_DROOP)
 
 
-def delivered_torque(terms: Floats, recorded: Floats, velocity: Floats, time: Floats) -> Floats:
-    """The torque (n,), N m, behind one as recorded, at the motor's `velocity` (n,), rad/s, `time` (n,), s, after the
-    start; the same array where the terms say nothing else."""
+def delivered_torque(terms: Floats, recorded: Floats, velocity: Floats) -> Floats:
+    """The torque (n,), N m, behind one as recorded, at a `velocity` (n,), rad/s; the same array where the terms
+    say nothing else."""
     if not any(terms[term] != 0.0 for term in ACTING):
         return recorded
-    torque = recorded / (1.0 + terms[Term.GAIN_RATE] * time)
+    torque = recorded
     limit = float(terms[Term.TORQUE_LIMIT])
     if limit > 0.0:
         torque = np.clip(torque, -limit, limit)
