@@ -9,12 +9,14 @@ import numpy as np
 from flex_ident.effects import effect_named, key_named
 from flex_ident.errors import ExcitationError
 from flex_ident.likelihood.fit import Fit, key_bounds
+from flex_ident.likelihood.gauge import prior_root
 from flex_ident.likelihood.nuisances import model_priors
-from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.likelihood.steady import STATE, SteadyFit
 from flex_ident.parameters import UNITS
 from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
+from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.scoring import Score
 
@@ -102,9 +104,7 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> Values:
     whole = candidate.start(score.sizes)
     dropped = candidate.replaces
     kept = [i for i, k in enumerate(fit.free) if k != dropped and k not in fit.at_bound]
-    jacobian = fit.jacobian[:, kept]
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale[scale == 0.0] = 1.0
+    steady = [i for i in kept if fit.free[i] not in STATE]
     options: list[Values] = []
     sized = candidate.probe.sized
     for size in SIZES:
@@ -116,17 +116,34 @@ def best_start(solver: SteadyFit, fit: Fit, score: Score) -> Values:
     residuals = solver.whitened_residuals(options, fit.whitenings)
     finite = [(v, r) for v, r in zip(options, residuals, strict=True) if np.isfinite(r).all()]
     followed: list[Values] = []
-    for values, residual in finite:
-        step = np.linalg.lstsq(jacobian / scale, -residual, rcond=1e-6)[0] / scale
-        moved: dict[str, float] = {}
-        for i, change in zip(kept, step, strict=True):
-            key = fit.free[i]
-            now = values[key] + float(change)
-            low, high = key_bounds(key, solver.priors)
-            if key_named(key).logarithmic:
-                now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
-            moved[key] = float(np.clip(now, low, high))
-        followed.append(values | moved)
+    for keys, damped in ((kept, False), (steady, True)):
+        followed += [v | _following(solver, fit, keys, v, residual, damped=damped) for v, residual in finite]
     tried_out = [*finite, *zip(followed, solver.whitened_residuals(followed, fit.whitenings), strict=True)]
     costs = [(float(r @ r), i) for i, (_, r) in enumerate(tried_out) if np.isfinite(r).all()]
     return tried_out[min(costs)[1]][0] if costs else fit.values | whole
+
+
+def _following(
+    solver: SteadyFit, fit: Fit, kept: Sequence[int], values: Values, residual: Floats, *, damped: bool
+) -> dict[str, float]:
+    """Where the free keys of these indices go to make up for a residual (r,) at the values, by the fit's Jacobian.
+
+    `damped` by what is known beforehand, lest delay and low-pass run away against each other. A link that sticks at
+    first makes the likelihood kink in its state: only a step without that may hold.
+    """
+    rows = fit.jacobian[:, kept]
+    if damped:
+        rows = np.concatenate((rows, prior_root(fit.prior_information[np.ix_(kept, kept)])))
+    scale = np.linalg.norm(rows, axis=0)
+    scale[scale == 0.0] = 1.0
+    wanted = np.concatenate((-residual, np.zeros(rows.shape[0] - residual.size)))
+    step = np.linalg.lstsq(rows / scale, wanted, rcond=1e-6)[0] / scale
+    moved: dict[str, float] = {}
+    for i, change in zip(kept, step, strict=True):
+        key = fit.free[i]
+        now = values[key] + float(change)
+        low, high = key_bounds(key, solver.priors)
+        if key_named(key).logarithmic:
+            now = float(np.clip(now, 0.5 * values[key], 2.0 * values[key]))
+        moved[key] = float(np.clip(now, low, high))
+    return moved
