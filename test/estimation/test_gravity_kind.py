@@ -43,7 +43,8 @@ def test_an_absurd_weight_is_no_rival_to_gravity_in_the_effort() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", [pytest.param(1, marks=pytest.mark.campaign), 3])
+@pytest.mark.campaign
+@pytest.mark.parametrize("index", [1, 3])
 def test_over_a_wide_range_a_compensated_effort_is_not_taken_for_the_whole(index: int) -> None:
     plant = made(case_of(62, index))
     recording, truth = recording_of(plant.recorded, "motor"), plant.truth

@@ -102,6 +102,7 @@ def test_repeats_tell_model_error_from_noise() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_a_simulation_that_is_off_is_told_where_and_what_it_lacks() -> None:
     truth = COBOT_JOINT.with_effect("backlash", {"gap": 6e-4})
     theirs = JointModel({**COBOT_JOINT.parameters, "FVm": 12.0, "K": 9000.0}, joint="cobot")
