@@ -9,10 +9,12 @@ from flex_ident.effects.probe import Probe, Scales, in_proportion
 from flex_ident.simulation.terms import Term
 
 FASTEST = 0.05
-"""Relative change in a second: a motor that is loaded hard warms by one kelvin in that, which is 0.1 to 0.2 %."""
+"""Relative change in a second, at most. Set by hand, far beyond what warming does: a magnet loses 0.1 to 0.2 % a
+kelvin, and a motor that is loaded hard warms by about one kelvin in a second."""
 BENT = 0.3
-"""Share of the change over a recording by which the gain may be off at its start, one standard deviation: one that
-settles within half of the recording starts 0.2 of it from the straight line."""
+"""Share of the change over a recording by which the gain may be off at its start, one standard deviation. Set by hand:
+a gain that settles exponentially with half of the recording starts 0.19 of its change off the straight line, with a
+quarter 0.37."""
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:

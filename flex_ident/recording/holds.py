@@ -157,7 +157,8 @@ def freezes(effort: Floats, position: Floats, period: float) -> list[Freeze]:
 def _smallest_step(values: Floats) -> float:
     """The least that a signal changes by where it changes; 0 of a constant."""
     steps = np.abs(np.diff(values))
-    return float(np.min(steps[steps > 0.0], initial=np.inf)) if (steps > 0.0).any() else 0.0
+    changes = steps[steps > 0.0]
+    return float(np.min(changes)) if changes.size else 0.0
 
 
 def _has_noise(effort: Floats, starts: NDArray[np.int64], lengths: NDArray[np.int64]) -> bool:

@@ -50,13 +50,14 @@ ROWS: dict[str, Row] = {
     "without MX,MY": ("flat", IdentifyOptions(), True, GapOptions(without=("MX", "MY"), effects=FEW)),
 }
 LONG = ("prismatic", "without MX,MY")
-TABLE = pytest.mark.parametrize(
+EVERY = pytest.mark.parametrize("row", list(ROWS.values()), ids=list(ROWS))
+MOST = pytest.mark.parametrize(
     "row", [pytest.param(r, id=n, marks=pytest.mark.campaign if n in LONG else ()) for n, r in ROWS.items()]
 )
 
 
 @pytest.mark.slow
-@TABLE
+@EVERY
 def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
     kind, options, slides, gap = row
     recording = recorded(kind)
@@ -77,7 +78,7 @@ def test_base_of_explain_is_what_identify_fits(row: Row) -> None:
 
 
 @pytest.mark.slow
-@TABLE
+@MOST
 def test_both_leave_the_same_where_nothing_is_hidden(row: Row) -> None:
     kind, options, slides, gap = row
     identified = identify(recorded(kind), options, prismatic=slides)
