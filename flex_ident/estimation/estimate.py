@@ -17,6 +17,7 @@ from flex_ident.estimation.encoder_rounding import rounding_bias
 from flex_ident.estimation.far_mode import unseen_shift
 from flex_ident.estimation.kind_fit import KindFit
 from flex_ident.estimation.kind_priors import base_priors, kept_priors
+from flex_ident.estimation.link_turnover import turnover_shift
 from flex_ident.estimation.other_end import OtherEnd, other_end
 from flex_ident.estimation.strain import material, strained_factor
 from flex_ident.estimation.thresholds import (
@@ -227,7 +228,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
         joined = joined.beside(unseen_shift(solver, fit))
-    joined = joined.beside(spring_shift(solver, fit)).beside(rounding_bias(solver, fit))
+    joined = joined.beside(spring_shift(solver, fit)).beside(turnover_shift(solver, fit))
+    joined = joined.beside(rounding_bias(solver, fit))
     other = other_end(fit, plain)
     joined = with_chain_open(joined, plain, fit.values, problem.recording.sample_time)
     joined = joined.beside(None if other is None else other.shift)

@@ -22,7 +22,7 @@ from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, JointModel
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording, extent_text, more_needed
-from flex_ident.simulation.drive import delivered_torque
+from flex_ident.simulation.drive import delivered_torque, recorded_torque
 from flex_ident.simulation.encoder_error import link_reading_error
 from flex_ident.simulation.motion import MotorMotion, motor_motion
 from flex_ident.simulation.response import LinkMotion, motor_torque, standstill_friction
@@ -259,12 +259,13 @@ class FitProblem:
         if link is None:
             link = self.link_response(terms)
         torque = motor_torque(terms, self.motion, link, self.friction_share(terms))
+        torque = recorded_torque(terms, torque, self.motion.velocity)
         ts, lag = self.recording.sample_time, float(terms[Term.EFFORT_LAG])
         torque_out = self.reduced(
             torque, delay=float(terms[Term.TORQUE_DELAY]), curvature=float(terms[Term.TORQUE_AVERAGING]) * ts * ts,
             lag=lag,
         )  # fmt: skip
-        if terms[Term.GAIN_RATE] != 0.0:  # what is read, not what was recorded: noise must not be scaled away
+        if terms[Term.GAIN_RATE] != 0.0:  # as in `recorded_torque`
             torque_out = torque_out * (1.0 + terms[Term.GAIN_RATE] * (self.time - self.time[0]))
         link_out = None
         if self.link is not None and link is not None:
@@ -289,13 +290,14 @@ class FitProblem:
 
     def measured_torque(self, values: Values) -> Floats:
         """The recorded torque (m,), or as much of it as the model says that the drive delivered."""
-        delivered = delivered_torque(self.terms(values), self._raw_torque, self.motion.velocity)
+        delivered = delivered_torque(self.terms(values), self._raw_torque)
         return self.torque if delivered is self._raw_torque else self.reduced(delivered)
 
     def _limited(self, values: Values) -> bool:
-        """Whether a force bears on what was measured, too: then scaling all of them does not scale the residual."""
+        """Whether a force bears on what was measured, or the reading is not in proportion: then scaling all forces
+        does not scale the residual."""
         terms = self.terms(values)
-        return any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
+        return terms[Term.IRON_LOSS] != 0.0 or any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
 
     def residuals(self, values: Values) -> tuple[Floats, ...]:
         """Measured minus predicted, (m,) each: torque, and link position where there is one."""

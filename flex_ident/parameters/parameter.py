@@ -30,7 +30,7 @@ MEASUREMENT_UNITS = {
     "torque_delay": "s", "link_skew": "s", "link_zero": "rad", "link_scale": "", "link_drift": "", "far_mode": "",
     "torque_averaging": "sample^2",
     "initial_deflection": "rad", "initial_velocity": "rad/s", "effort_lag": "s", "reversal_speed": "rad/s",
-    "presliding": "rad", "reversal_lead": "s", "gravity_removed": "",
+    "presliding": "rad", "reversal_lead": "s", "link_turnover": "rad/s", "gravity_removed": "",
 }  # fmt: skip
 """Units of what is estimated beside the joint: the measurement chain and the state at the start."""
 SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}

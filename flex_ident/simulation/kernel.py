@@ -32,6 +32,7 @@ K_X2, K_Y2 = int(Term.STIFFNESS_COS_2), int(Term.STIFFNESS_SIN_2)
 CABLE, CABLE_PULL = int(Term.CABLE_STIFFNESS), int(Term.CABLE_TORQUE)
 CABLE_X2, CABLE_Y2 = int(Term.CABLE_COS_2), int(Term.CABLE_SIN_2)
 SOFT, SOFT_T = int(Term.SOFT_FRICTION), int(Term.SOFT_FRICTION_TIME)
+TURNOVER = int(Term.LINK_TURNOVER)
 Q0, V0 = int(Term.INITIAL_DEFLECTION), int(Term.INITIAL_VELOCITY)
 RUNAWAY = 100.0
 """Position over its start (or ten) from which parameters are out of all reason."""
@@ -119,6 +120,8 @@ def dry_friction(p: Floats, v: float, tau: float, time: float) -> float:
     if p[STRIBECK] != 0.0 and p[STRIBECK_V] > 0.0:
         level += p[STRIBECK] * math.exp(-((v / p[STRIBECK_V]) ** 2))
     level *= 1.0 + p[RATE] * time
+    if p[TURNOVER] > 0.0:
+        level *= math.tanh(abs(v) / p[TURNOVER])
     return float(level) if level > 0.0 else 0.0
 
 

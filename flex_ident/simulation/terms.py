@@ -144,6 +144,8 @@ class Term(IntEnum):
     """What the torque delivered is less than the one recorded, over the latter's square, 1/(N m)^2."""
     TORQUE_DROOP = "measurement", False
     """The same over the motor's speed squared, s^2/rad^2."""
+    LINK_TURNOVER = "link", False
+    """Speed at which the link's dry friction turns over, rad/s, by its tanh; 0: at once."""
     STIFFNESS_COS_2 = "spring", True
     """By how much the stiffness grows with the angle of the motor's side, N m/rad: multiplies cos 2q - 1."""
     STIFFNESS_SIN_2 = "spring", True
@@ -295,6 +297,7 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "presliding": (Term.PRESLIDING, 1.0),
     "reversal_lead": (Term.REVERSAL_LEAD, 1.0),
     "effort_lag": (Term.EFFORT_LAG, 1.0),
+    "link_turnover": (Term.LINK_TURNOVER, 1.0),
     "gravity_removed": (Term.GRAVITY_REMOVED, 1.0),
 }
 MEASUREMENT_KEYS = frozenset((*MEASUREMENT_TERMS, FAR_MODE))
