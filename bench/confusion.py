@@ -29,6 +29,8 @@ from flex_ident.effects import CATALOGUE
 from flex_ident.errors import SignalError
 from flex_ident.gap import GapExplanation, GapOptions, explain
 from flex_ident.recording import Recording
+from flex_ident.report.gap_words import region_text
+from flex_ident.report.reasons import reason_text
 from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -126,12 +128,12 @@ def answered(draw: Draw) -> dict[str, object]:
         "after": said.after,
         "floor": said.noise_floor,
         "torque": float(np.std(recording.motor_torque)),
-        "rejected": {r.effect: r.reason for r in said.rejected},
+        "rejected": {r.effect: reason_text(r.reason) for r in said.rejected},
         "not_testable": [u.effect for u in said.not_testable],
         "parameters": {
             f"{f.effect}.{p.key}": [p.value, p.std] for f in said.findings for p in f.parameters
         },
-        "where": [r.text for r in said.where],
+        "where": [region_text(r) for r in said.where],
     }  # fmt: skip
 
 

@@ -69,7 +69,7 @@ def set_line(seed: int, index: int) -> dict[str, Any]:
         "refused": {own.proposal.effect: own.outcome for own in effects if own.outcome != "accepted"},
         "said": {own.proposal.effect: [h.said for h in own.heard] for own in effects},
         "gaps": [[g.before, g.after, g.floor] for g in gaps],
-        "left": [own.unexplained is not None for own in finals],
+        "left": [bool(own.unexplained) for own in finals],
         "seconds": [first, time.perf_counter() - began - first],
     }  # fmt: skip
 

@@ -112,10 +112,12 @@ def explained(recording: Any, sensors: str, curves_only: bool) -> Any:
 
 
 def common(found: Any) -> Line:
+    from flex_ident.report.reasons import reason_text
+
     return {
         "verdict": str(found.verdict), "findings": [f.effect for f in found.findings], "before": found.before,
         "after": found.after, "floor": found.noise_floor,
-        "rejected": {r.effect: r.reason for r in found.rejected if r.effect in CURVES.values()},
+        "rejected": {r.effect: reason_text(r.reason) for r in found.rejected if r.effect in CURVES.values()},
     }  # fmt: skip
 
 
@@ -123,6 +125,9 @@ def law_line(law: str, seed: int, sensors: str, curves_only: bool) -> Line:
     """One law, explained; how much of the curve's length its band covers."""
     joint = hidden_in(law, np.random.default_rng((seed, list(LAWS).index(law))))
     found = explained(played(joint, seed), sensors, curves_only)
+    from flex_ident.report.gap_words import reading_text
+    from flex_ident.report.units import as_they_are
+
     line = common(found)
     kind = law.split(":")[0]
     for f in found.findings:
@@ -133,7 +138,7 @@ def law_line(law: str, seed: int, sensors: str, curves_only: bool) -> Line:
             line.update(
                 covered=float(inside.mean()), worst_sigmas=float(np.max(np.abs(truth - c.torque) / c.std)),
                 rms=float(np.sqrt(np.mean((truth - c.torque) ** 2))), band=float(np.mean(c.std)),
-                size=float(np.ptp(truth - c.line)), reading=f.reading,
+                size=float(np.ptp(truth - c.line)), reading=reading_text(f, as_they_are),
             )  # fmt: skip
     truth = {key: float(getattr(joint, key)) for key in ("Jm", "K", "JL")}
     for c in (f.curve for f in found.findings if f.effect == CURVES["spring"]):  # K is the mean slope over its points

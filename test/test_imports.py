@@ -24,7 +24,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "judgement": ("notices", "parameters"),
     "filtering": ("recording", "parameters"),
     "simulation": ("recording", "parameters", "filtering"),
-    "effects": ("recording", "parameters", "simulation"),
+    "effects": ("notices", "recording", "parameters", "simulation"),
     "regression": ("notices", "recording", "parameters", "judgement", "filtering"),
     "likelihood": ("recording", "parameters", "judgement", "filtering", "simulation", "effects"),
     "screening": ("recording", "parameters", "filtering", "simulation", "effects", "likelihood"),

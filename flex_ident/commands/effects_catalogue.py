@@ -16,6 +16,7 @@ from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, styled_figure
+from flex_ident.report.gap_words import VARIABLES
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import MOST_POINTS
 from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
@@ -161,7 +162,7 @@ def _cloud(axes: Axes, effect: Effect, problem: FitProblem, values: Values, show
     low, high = float(shown[rows].min()), float(shown[rows].max())
     if high - low < 0.1 * max(abs(low), abs(high)):
         axes.set_ylim(min(0.0, 1.2 * low), max(0.0, 1.2 * high))
-    axes.set_xlabel(f"{variable.words}, {variable.unit}")
+    axes.set_xlabel(f"{VARIABLES[variable.name]}, {variable.unit}")
 
 
 def _example(effect: Effect, problem: FitProblem, base: Values) -> Values:

@@ -11,6 +11,7 @@ import numpy as np
 from flex_ident.effects.curve import Curve
 from flex_ident.effects.probe import Probe, Scales
 from flex_ident.effects.starting import Scans, Start
+from flex_ident.notices import Reason
 from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
@@ -114,11 +115,11 @@ class Effect:
     unseen: Callable[[Values], tuple[Probe, ...]] | None = None
     """What of it may be in any joint, from the model's own values: alternatives that are not in the model, of one
     column at one standard deviation each. The intervals hold it as far as the recording does not rule it out."""
-    reach: Callable[[Mapping[str, float], Values], str] | None = None
-    """Why its parameters are larger than they can be beside the model's values; empty where they are not."""
-    of_noise: Callable[[Mapping[str, float], Floats, float], str] | None = None
+    reach: Callable[[Mapping[str, float], Values], Reason | None] | None = None
+    """Why its parameters are larger than they can be beside the model's values; None where they are not."""
+    of_noise: Callable[[Mapping[str, float], Floats, float], Reason | None] | None = None
     """Why what it takes off the recorded torque (n,), N m, with white noise of that standard deviation, N m, may be the
-    noise alone; empty where it is more."""
+    noise alone; None where it is more."""
     curve: Curve | None = None
     """The effect is no law but a table that is measured: for what no law of the catalogue closes."""
     trades_with: tuple[str, ...] = ()

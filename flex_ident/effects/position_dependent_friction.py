@@ -10,6 +10,7 @@ import numpy as np
 from flex_ident.effects.effect import FINE, Effect
 from flex_ident.effects.harmonics import harmonics
 from flex_ident.effects.probe import SMOOTH_PROBE, Probe, Scales
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import FRICTION_WAVES, HARMONICS
 
@@ -27,12 +28,12 @@ def _probes(scales: Scales) -> Iterator[Probe]:
         yield Probe((sine, {**sine, "phase": 0.5 * math.pi}), ("amplitude",), one_sided=False, smooth=True, phased=True)
 
 
-def _reach(own: Mapping[str, float], model: Values) -> str:
+def _reach(own: Mapping[str, float], model: Values) -> Reason | None:
     dry = model.get("FSm", model.get("FS", 0.0))
     largest = max(own.get(f"amplitude{n}", 0.0) for n in HARMONICS)
     if largest <= MOST * dry:
-        return ""
-    return f"it varies by {largest:.3g} N m, more than there is of dry friction ({dry:.3g} N m)"
+        return None
+    return Reason(Why.VARIES_BEYOND_FRICTION, numbers={"varies": largest, "dry": dry})
 
 
 POSITION_DEPENDENT_FRICTION = Effect(

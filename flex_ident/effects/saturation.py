@@ -9,6 +9,7 @@ import numpy as np
 from flex_ident.effects.effect import EXACT, FINE, Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
 from flex_ident.effects.starting import Scans, Start, far_off
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
@@ -50,14 +51,14 @@ def _priors(asked: Floats) -> dict[str, Prior]:
     return {"limit": Prior(0.7 * largest, 100.0 * largest, least, 1.1 * largest)}
 
 
-def _of_noise(values: Mapping[str, float], recorded: Floats, noise: float) -> str:
+def _of_noise(values: Mapping[str, float], recorded: Floats, noise: float) -> Reason | None:
     """A torque that rests at one level exceeds it by its noise: a limit there takes off half of that noise."""
     over = np.abs(recorded) - values["limit"]
     over = over[over > 0.0]
     size = float(np.sqrt(np.mean(over**2))) if over.size else 0.0
     if size >= OVER_NOISE * noise:
-        return ""
-    return f"the torque exceeds the limit by {size:.2g} N m rms, hardly more than its noise ({noise:.2g} N m)"
+        return None
+    return Reason(Why.WITHIN_TORQUE_NOISE, numbers={"over": size, "noise": noise})
 
 
 SATURATION = Effect(

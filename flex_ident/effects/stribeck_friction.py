@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from flex_ident.effects.effect import Effect, EffectParameter
 from flex_ident.effects.probe import Probe, Scales, at_size
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.values import Values
 from flex_ident.simulation.terms import Term
 
@@ -21,12 +22,12 @@ LARGEST_SHARE = 3.0
 """Peak over the dry friction that it rises from: break-away is up to a few times the friction in motion."""
 
 
-def _reach(own: Mapping[str, float], model: Values) -> str:
+def _reach(own: Mapping[str, float], model: Values) -> Reason | None:
     dry = sum(abs(model.get(k, 0.0)) for k in ("FSm", "FS"))
     peak = max(own["amplitude"], own["amplitude_link"])
     if peak <= LARGEST_SHARE * dry:
-        return ""
-    return f"a peak of {peak:.3g} N m does not go with a dry friction of {dry:.3g} N m"
+        return None
+    return Reason(Why.PEAK_WITHOUT_FRICTION, numbers={"peak": peak, "dry": dry})
 
 
 STRIBECK_FRICTION = Effect(

@@ -22,6 +22,7 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import STRUCTURE
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.screening.candidates import Candidate
@@ -51,6 +52,7 @@ def curved(search: Search, solver: SteadyFit, base: Fit, options: GapOptions) ->
             good = [t for t in trials if not t.objection]
             if trials and not good:
                 first = max(trials, key=lambda t: t.evidence)
+                assert first.objection is not None
                 search.rejected[effect.name] = Rejected(effect.name, max(0.0, first.share), first.objection)
             for trial in good:
                 if best is None or trial.evidence > best[1].evidence:
@@ -65,8 +67,8 @@ def _demanding(trial: Trial) -> Trial:
     """The trial, refused where the curve leaves too much: it resembles what is missing, and is not it."""
     if trial.objection or trial.share >= CURVE_SHARE:
         return trial
-    why = f"it closes {100 * trial.share:.0f} % of the gap only, {100 * CURVE_SHARE:.0f} % needed for a curve"
-    return replace(trial, objection=why)
+    closed = {"percent": 100.0 * trial.share, "needed_percent": 100.0 * CURVE_SHARE}
+    return replace(trial, objection=Reason(Why.CLOSES_LITTLE, numbers=closed, case="curve"))
 
 
 def _accepted(reduced: Search, trial: Trial, before: Search) -> Search:
@@ -75,7 +77,7 @@ def _accepted(reduced: Search, trial: Trial, before: Search) -> Search:
     for a in before.accepted:
         if all(a.trial is not b.trial for b in reduced.accepted) and a.trial.effect not in effects_in(trial.fit.free):
             others.append(a.trial)
-            reason = f"a law of its kind leaves more than noise: {trial.effect} was measured instead"
+            reason = Reason(Why.MEASURED_INSTEAD, trial.effect)
             before.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, a.trial.share), reason)
     reduced.rejected.pop(trial.effect, None)
     accepted = [*reduced.accepted, Accepted(trial, False, reduced.fit, tuple(others))]

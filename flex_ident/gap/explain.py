@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.effects import CATALOGUE
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.kind_priors import as_told
-from flex_ident.estimation.motion_told import ONE_OF_MANY, with_motion_told
+from flex_ident.estimation.motion_told import with_motion_told
 from flex_ident.filtering import first_mode
 from flex_ident.gap.base import GapBase, fitted_base, search_start
 from flex_ident.gap.explanation import (
@@ -29,6 +28,7 @@ from flex_ident.gap.explanation import (
 from flex_ident.gap.final import judged_again
 from flex_ident.gap.findings import finding_of
 from flex_ident.gap.found import Search
+from flex_ident.gap.left import Leftover, reasons_left
 from flex_ident.gap.options import GapOptions
 from flex_ident.gap.rigid_base import rigid_alone, rigid_as_well
 from flex_ident.gap.search import Progress, searched
@@ -113,7 +113,9 @@ def explain(
             return _explained_as_rigid(recording, options, progress, rigid)
     first, left = remainder(solver, fit, held), remainder(estimate.solver, estimate.fit, held)
     before, after = gaps[0].torque, gaps[-1].torque
-    floor = min(left.floor, after)
+    named = any(not a.trial.objection for a in search.accepted)
+    leftover = Leftover(estimate, left, after, named)
+    floor = leftover.floor
     steps = _steps(search, gaps)
     findings = tuple(finding_of(search, i, gaps, estimate) for i in range(len(search.accepted)))
     before_variables = variables(problem, fit.values)
@@ -122,41 +124,9 @@ def explain(
     if before > VISIBLE * floor:
         where = regions(before_variables, first.residual, problem.usable, problem.rate_hz, floor)
     where_left = regions(after_variables, left.residual, problem.usable, problem.rate_hz, floor)
-    # Where nothing is named, on all data as well: what lies in two seconds may miss the blocks that were kept back.
-    whole, named = estimate.left, any(not a.trial.objection for a in search.accepted)
-    structured = left.structured(after) or (not named and whole.structured(whole.gap))
     hopeless = before > NOT_A_MODEL * float(np.std(problem.measured_torque(fit.values)[held]))
-    coupled = estimate.coupling is not None and estimate.coupling.seen
-    sound = determined or (structured and not hopeless)
-    reasons: list[str] = []
-    if structured:
-        tried = "that was tried" if options.effects else "of the catalogue"
-        tried = tried if options.searching else "that the other recordings bear out"
-        place = where_left[0].text if where_left else "it is spread evenly"
-        size = after if left.structured(after) else whole.gap
-        reasons.append(
-            f"{size:.3g} N m rms remain, the noise is {floor:.3g} N m: no effect {tried} accounts for it; {place}."
-        )
-    if coupled and estimate.coupling is not None:
-        share, joints = 100.0 * estimate.coupling.share, ", ".join(estimate.coupling.joints)
-        reasons.append(f"the motion of other joints ({joints}) accounts for {share:.0f} % of what is left, by energy.")
-    if any(notice.code in ONE_OF_MANY for notice in recording.notices):
-        reasons.append("the motion holds one frequency or one speed: what is missing may pass for what is there.")
-    if left.evidence == "none":
-        reasons.append(f"{after:.3g} N m rms remain, and nothing tells how much of it is noise: repeat the motion.")
-    if not named and whole.link is not None and whole.link.structured:
-        reasons.append(
-            f"{whole.link.gap:.3g} rad rms remain of the link's position, its noise is {whole.link.floor:.3g} rad."
-        )
-    reasons += [
-        f"{n.subject} is suspected: it would move the parameters by {n.numbers['moved_stds']:.0f} standard deviations, "
-        "and hardly leaves a gap."
-        for n in final.notices
-        if n.code == Code.CAUSE_SUSPECTED and CATALOGUE[n.subject].scales_torque > 0.0
-    ]
-    if estimate.strained:
-        names = ", ".join(estimate.strained)
-        reasons.append(f"{names} is at the end of what a measurement chain can be: it stands in for something else.")
+    sound = determined or (leftover.structured and not hopeless)
+    reasons = tuple(reasons_left(leftover, options, recording.notices, final.notices))
     verdict = _verdict(named=named and bool(findings), sound=sound, more=bool(reasons))
     if not findings and verdict != "complete" and sensors == "motor+link":
         said = motor_equation_notice(recording)
@@ -177,7 +147,7 @@ def explain(
         rejected=tuple(r for n, r in search.rejected.items() if n not in effects_in(estimate.fit.free)),
         not_testable=tuple(search.untestable.values()),
         final=final,
-        unexplained=" ".join(reasons) or None,
+        unexplained=reasons,
         where_left=where_left,
         repeats=first.repeats,
         repeats_left=left.repeats,

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from flex_ident.gap.measured import MeasuredCurve
+from flex_ident.gap.reading import Reading
+from flex_ident.gap.sizes import GapSize
 from flex_ident.likelihood.repeats import Repeats
-from flex_ident.notices import Code, Notice
+from flex_ident.notices import Code, Notice, Reason
 from flex_ident.parameters import Identification, Parameter
 from flex_ident.recording import Floats
 
@@ -27,14 +29,15 @@ class Step:
 
 @dataclass(frozen=True)
 class Region:
-    """Where the gap lies: `share` of its energy where `variable` is `low` to `high`, in `time_share` of the time."""
+    """Where the gap lies: `share` of its energy where `variable` is `low` to `high`, in `unit`, in `time_share` of the
+    time; of the spectrum where it is the frequency."""
 
     variable: str
     low: float
     high: float
     share: float
     time_share: float
-    text: str
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,25 @@ class Alternative:
 
 
 @dataclass(frozen=True)
+class Proof:
+    """What speaks for an effect: the gap `before` and `after` it on data not fitted, and what its trial said.
+
+    `held_out_share` of the cost on left-out blocks is saved, `held_out_t` over blocks; `bic` falls; `share` of the
+    closable gap is closed. `against`: what speaks against one that was put in by hand. `periods` within the range of
+    motion of what is periodic in the motor's angle, where they are few; else None.
+    """
+
+    before: GapSize
+    after: GapSize
+    held_out_share: float
+    held_out_t: float
+    bic: float
+    share: float
+    against: Reason | None = None
+    periods: float | None = None
+
+
+@dataclass(frozen=True)
 class Finding:
     """An effect that was accepted, or put in by hand."""
 
@@ -66,14 +88,14 @@ class Finding:
     gap_before: float
     gap_after: float
     parameters: tuple[Parameter, ...]
-    evidence: str
+    proof: Proof
     also_considered: tuple[Alternative, ...] = ()
     indistinguishable_from: tuple[str, ...] = ()
     experiment: str = ""
     curve: MeasuredCurve | None = None
     """The law as it was measured, of an effect that is a table."""
-    reading: str = ""
-    """That law in words."""
+    reading: Reading | None = None
+    """Which named laws that one is closest to."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +107,7 @@ class Rejected:
 
     effect: str
     share: float
-    reason: str
+    reason: Reason
     promising: bool = True
 
 
@@ -126,7 +148,8 @@ class GapExplanation:
     rejected: tuple[Rejected, ...]
     not_testable: tuple[Untestable, ...]
     final: Identification
-    unexplained: str | None = None
+    unexplained: tuple[Reason, ...] = ()
+    """Why more is left than noise, or may be."""
     where_left: tuple[Region, ...] = ()
     repeats: Repeats | None = None
     repeats_left: Repeats | None = None

@@ -18,6 +18,7 @@ from flex_ident.gap.weighing import rebuilt
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.values import Values
@@ -54,38 +55,33 @@ def judged_again(
         search = rebuilt(search, kept, searching, start)
 
 
-def _fails(candidate: Candidate, before: GapSize, after: GapSize, estimate: Estimate) -> str:
-    """Why an accepted effect does not hold in the final model; empty where it does."""
+def _fails(candidate: Candidate, before: GapSize, after: GapSize, estimate: Estimate) -> Reason | None:
+    """Why an accepted effect does not hold in the final model; None where it does."""
     if not after.falls_from(before):
-        return f"in the final model the gap on data not fitted does not fall ({before.shown} to {after.shown})"
+        return Reason(Why.GAP_DOES_NOT_FALL, numbers={**before.numbers("before"), **after.numbers("after")})
     closed = 1.0 - (after.torque / before.torque) ** 2
     closable = 1.0 - (estimate.left.floor / before.torque) ** 2
     if before.link is not None and before.of_link is None and not closed > SMALLEST_SHARE * closable:
-        return (
-            "it closes little of the torque's gap, and of the link's position no more was left than the method's own "
-            f"error ({1e3 * before.link:.3g} mrad)"
-        )
+        return Reason(Why.LINK_ALONE, numbers={"link_mrad": 1e3 * before.link})
     if estimate.left.evidence == "none" and not closed > SMALLEST_SHARE and after.link is None:
-        return (
-            f"nothing tells how much of the gap is noise, and it closes {100 * closed:.0f} % of all of it, by energy: "
-            f"{100 * SMALLEST_SHARE:.0f} % needed for a cause"
-        )
+        shares = {"percent": 100.0 * closed, "needed_percent": 100.0 * SMALLEST_SHARE}
+        return Reason(Why.NOISE_UNKNOWN, numbers=shares)
     ratios = {k: abs(estimate.fit.values[k]) / max(estimate.plain.std(k), 1e-300) for k in candidate.scaled}
     best = max(ratios, key=lambda k: ratios[k])
     if ratios[best] < SIGNIFICANT:
-        return f"in the final model {best} is known to {ratios[best]:.1f} standard deviations only"
+        return Reason(Why.OPEN_IN_FINAL, best, {"stds": ratios[best]})
     stated = max(abs(estimate.fit.values[k]) / max(estimate.uncertainty.std(k), 1e-300) for k in candidate.scaled)
     if stated < SIGNIFICANT_STATED:
-        return f"with all that may be missing {best} is known to {stated:.1f} standard deviations only"
+        return Reason(Why.OPEN_WITH_ALL, best, {"stds": stated})
     effect = effect_named(candidate.effect)
     for key in (key_text(effect.name, name) for name in effect.essential):
         known = abs(estimate.fit.values.get(key, 0.0)) / max(estimate.uncertainty.std(key), 1e-300)
         if key in candidate.keys and known < SIGNIFICANT_STATED:
-            return f"with all that may be missing {key} is known to {known:.1f} standard deviations only"
+            return Reason(Why.OPEN_WITH_ALL, key, {"stds": known})
     if effect.reach is not None:
         there = estimate.fit.values.effects.get(effect.name, {})
         return effect.reach({p.name: there.get(p.name, 0.0) for p in effect.parameters}, estimate.fit.values)
-    return ""
+    return None
 
 
 def _final_estimate(search: Search, base: tuple[SteadyFit, Fit], problem: FitProblem, options: GapOptions) -> Estimate:

@@ -26,6 +26,7 @@ from flex_ident.likelihood.noise import error_at_reversals, position_noise, torq
 from flex_ident.likelihood.remainder import counted
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import OWN_ERROR_OF_LINK
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.keys import effect_in, key_parts, key_text
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
@@ -35,73 +36,70 @@ from flex_ident.screening.sketching import effects_in
 def objection_to(
     solver: SteadyFit, before: Fit, fit: Fit, candidate: Candidate, evidence: float, held: HeldOut,
     closable: tuple[float, float], own_error: float,
-) -> str:  # fmt: skip
-    """Why a candidate is not accepted; empty if nothing speaks against it. `closable`: excess before, share closed."""
+) -> Reason | None:  # fmt: skip
+    """Why a candidate is not accepted; None if nothing speaks against it. `closable`: excess before, share closed."""
     excess_before, share = closable
     if evidence < EVIDENCE:
-        return (
-            f"the likelihood gains too little for its parameters (BIC falls by {evidence:.0f}, {EVIDENCE:.0f} needed)"
-        )
+        return Reason(Why.LITTLE_LIKELIHOOD, numbers={"fall": evidence, "needed": EVIDENCE})
     if excess_before <= 0.0:
-        return "what was left without it is no more than the noise"
+        return Reason(Why.WITHIN_NOISE)
     confirmed = held.share * (1.0 + excess_before) / excess_before
     needed = next((t for least, t in HELD_OUT_T if confirmed > least), math.inf)
     if held.t < needed:
         needed = min(needed, HELD_OUT_T[-1][1])
-        return f"data left out of the fit do not confirm it (t = {held.t:.1f} over blocks, {needed} needed)"
+        return Reason(Why.NOT_CONFIRMED, numbers={"t": held.t, "needed": needed})
     little = within_own_error(_changes(solver, before.values, fit.values), own_error)
     little = little or within_own_error(_own_changes(solver, fit, candidate), own_error)
-    if little:
+    if little is not None:
         return little
     rounded = within_rounding(_periodic_error(fit, candidate), position_noise(solver.problem))
-    if rounded:
+    if rounded is not None:
         return rounded
     vain = _noise_alone(solver, fit, candidate) or _within_filter(solver, fit, candidate)
-    if vain:
+    if vain is not None:
         return vain
     rise = _torque_rms(solver, fit) / _torque_rms(solver, before) - 1.0
     if rise > 0.002:
-        return f"the torque's gap grows by {100 * rise:.1f} % with it"
+        return Reason(Why.TORQUE_GAP_GROWS, numbers={"percent": 100.0 * rise})
     bound = [k for k in candidate.keys if k in fit.at_bound and not parameter_named(k).angle]
     if bound:
-        return f"{bound[0]} ends at the limit of what is physical ({fit.values[bound[0]]:.3g})"
+        return Reason(Why.AT_BOUND, bound[0], {"value": fit.values[bound[0]]})
     cycles = fit.values.get(candidate.cycles, math.inf) if effect_named(candidate.effect).whole_periods else math.inf
     if cycles * float(np.ptp(solver.problem.motion.position)) < LEAST_PERIODS * 2.0 * math.pi:
-        return "it shows a part of one period only within the range of motion"
+        return Reason(Why.PART_OF_A_PERIOD)
     weak = _weakest(solver, fit, candidate.scaled)
     if weak is not None:
-        return f"{weak[0]} is known to {weak[1]:.1f} standard deviations only, {SIGNIFICANT:.0f} needed"
+        return Reason(Why.NOT_SIGNIFICANT, weak[0], {"stds": weak[1], "needed": SIGNIFICANT})
     essential = {key_text(candidate.effect, name) for name in effect_named(candidate.effect).essential}
     for key in (k for k in candidate.keys if k in essential):
         weak = _weakest(solver, fit, [key])
         if weak is not None:
-            return f"without {key}, known to {weak[1]:.1f} standard deviations only, it is another effect"
+            return Reason(Why.OTHER_WITHOUT, key, {"stds": weak[1]})
     shape = [k for k in candidate.keys if k not in candidate.scaled and not parameter_named(k).angle]
     vague = _weakest(solver, fit, shape, SIGNIFICANT_SHAPE) if shape else None
     if vague is not None:
-        return f"its shape is not determined: {vague[0]} is known to {vague[1]:.1f} standard deviations"
+        return Reason(Why.SHAPE_OPEN, vague[0], {"stds": vague[1]})
     times = [abs(fit.values[k]) for k in candidate.keys if parameter_named(k).unit == "s"]
     if min(times, default=math.inf) < solver.problem.recording.sample_time:
-        what = "measurement, corrected for" if candidate.replaces else "the recording does not show what is in between"
-        return f"{1e3 * min(times):.2f} ms is less than one sample: {what}"
+        case = "measurement" if candidate.replaces else "between"
+        return Reason(Why.BELOW_A_SAMPLE, numbers={"time_ms": 1e3 * min(times)}, case=case)
     if share < SMALLEST_SHARE:
-        return f"it closes {100 * share:.0f} % of the gap only, {100 * SMALLEST_SHARE:.0f} % needed for a cause"
-    return ""
+        closed = {"percent": 100.0 * share, "needed_percent": 100.0 * SMALLEST_SHARE}
+        return Reason(Why.CLOSES_LITTLE, numbers=closed, case="cause")
+    return None
 
 
-def within_own_error(changes: Mapping[str, float], own_error: float) -> str:
-    """That an effect changes the prediction by less than the model without it may be wrong by; empty where it does not.
+def within_own_error(changes: Mapping[str, float], own_error: float) -> Reason | None:
+    """That an effect changes the prediction by less than the model without it may be wrong by; None where it does not.
 
     `changes`: of torque and, with a link encoder, deflection, relative; `own_error`: of the torque, likewise.
     """
     errors = {"torque": own_error, "deflection": max(own_error, OWN_ERROR_OF_LINK)}
     if any(change >= errors[name] for name, change in changes.items()):
-        return ""
-    return "; ".join(
-        f"it changes the {name} by {100 * change:.2f} % only, where the model without it may be wrong by "
-        f"{100 * errors[name]:.2f} %"
-        for name, change in changes.items()
-    )
+        return None
+    by = {f"{name}_percent": 100.0 * change for name, change in changes.items()}
+    wrong = {f"{name}_wrong_percent": 100.0 * errors[name] for name in changes}
+    return Reason(Why.WITHIN_OWN_ERROR, numbers={**by, **wrong})
 
 
 def _periodic_error(fit: Fit, candidate: Candidate) -> float:
@@ -110,35 +108,35 @@ def _periodic_error(fit: Fit, candidate: Candidate) -> float:
     return max(sizes, default=0.0) if candidate.cycles and not effect_named(candidate.effect).needs_link else 0.0
 
 
-def within_rounding(amplitude: float, noise: float) -> str:
-    """That a periodic error of a position, rad, is no larger than its encoder's rounding and `noise`, rms; else empty.
+def within_rounding(amplitude: float, noise: float) -> Reason | None:
+    """That a periodic error of a position, rad, is no larger than its encoder's rounding and `noise`, rms; else None.
 
     Rounding is an error over the position as well, and the motor's inertia and the resonance carry both to the torque.
     """
     if not 0.0 < amplitude <= math.sqrt(2.0) * noise:
-        return ""
-    return f"{amplitude:.2g} rad is no more than the encoder's rounding and noise ({noise:.2g} rad rms)"
+        return None
+    return Reason(Why.WITHIN_ROUNDING, numbers={"amplitude": amplitude, "noise": noise})
 
 
-def _noise_alone(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
-    """That what it takes off the recorded torque may be its noise; empty where it is more."""
+def _noise_alone(solver: SteadyFit, fit: Fit, candidate: Candidate) -> Reason | None:
+    """That what it takes off the recorded torque may be its noise; None where it is more."""
     effect, recording = effect_named(candidate.effect), solver.problem.recording
     if effect.of_noise is None:
-        return ""
+        return None
     own = {key_parts(k)[1]: fit.values[k] for k in candidate.keys}
     return effect.of_noise(own, recording.motor_torque, torque_noise(solver.problem))
 
 
-def _within_filter(solver: SteadyFit, fit: Fit, candidate: Candidate) -> str:
+def _within_filter(solver: SteadyFit, fit: Fit, candidate: Candidate) -> Reason | None:
     """That the way over which a law of the motor acts is no longer than what the low-pass changes at reversals."""
     if effect_named(candidate.effect).where != "motor":
-        return ""
+        return None
     known = ((k, parameter_named(k)) for k in candidate.keys)
     ways = [abs(fit.values[k]) for k, p in known if p.unit == "rad" and not p.angle and not p.fixed]
     error = error_at_reversals(solver.problem)
     if min(ways, default=math.inf) > OVER_FILTER * error:
-        return ""
-    return f"{min(ways):.2g} rad is within what the low-pass changes of the position at reversals ({error:.2g} rad rms)"
+        return None
+    return Reason(Why.WITHIN_FILTER, numbers={"way": min(ways), "error": error})
 
 
 def own_error_of(solver: SteadyFit, accepted: Sequence[tuple[str, Fit, Fit]]) -> float:

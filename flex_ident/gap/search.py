@@ -26,6 +26,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import STRUCTURE
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate, candidates
 from flex_ident.screening.scoring import Score, scores
@@ -39,8 +40,8 @@ MOST_TRIALS, MOST_TRIALS_IN_VAIN = 4, 8
 """Sketches that are finished, and how many while something speaks against each."""
 
 
-NOTHING_LEFT = "what is left is no more than noise"
-RUNS_AWAY = "its simulation runs away, whatever shape it starts from"
+NOTHING_LEFT, RUNS_AWAY = Reason(Why.NOTHING_LEFT), Reason(Why.RUNS_AWAY)
+OTHERS = Reason(Why.OTHERS_EXPLAIN_MORE)
 
 
 def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
@@ -64,7 +65,7 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
             trials = [_doubted(t) for t in trials]
         best = next((t for t in trials if not t.objection), None)
         for t in trials:
-            if t is not best and t.objection:
+            if t is not best and t.objection is not None:
                 search.rejected[t.effect] = Rejected(t.effect, max(0.0, t.share), t.objection)
         if best is None:
             break
@@ -109,7 +110,7 @@ def _scored(search: Search, options: GapOptions) -> list[Score]:
     promising = {s.candidate.effect for s in kept}
     for s in kept:
         if s.gain < WORTH_A_TRIAL and s.candidate.effect not in search.rejected:
-            reason = "it would explain nothing of what is left"
+            reason = Reason(Why.EXPLAINS_NOTHING)
             search.rejected[s.candidate.effect] = Rejected(s.candidate.effect, 0.0, reason, promising=False)
     for name in list(search.untestable):
         if name in promising:
@@ -142,7 +143,7 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
             except ExcitationError:
                 search.rejected.setdefault(name, Rejected(name, 0.0, RUNS_AWAY))
         else:
-            search.rejected[name] = Rejected(name, 1.0 - cost / search.fit.cost, "other effects explain more")
+            search.rejected[name] = Rejected(name, 1.0 - cost / search.fit.cost, OTHERS)
     deep = next((s for s in found if _raced(s)), None) if loud else None
     if deep is not None:
         _search_deeply(search, deep, options, trials, own, progress)
@@ -168,10 +169,10 @@ def _search_deeply(
     What is confused with it does not settle the matter.
     """
     name = deep.candidate.effect
-    why = ""
+    why: Reason | None = None
     alike = effect_named(name).mistaken_for
     if any(t.share > ENOUGH and not t.objection and t.effect not in alike for t in trials):
-        why = "other effects explain more"
+        why = OTHERS
     else:
         progress(0.9, f"trying {_words(deep)}")
         shapes = _candidates(search, options.effects, options)
@@ -180,7 +181,7 @@ def _search_deeply(
             trials.append(tried(search.solver, search.fit, deep.candidate, starts, own))
         except ExcitationError:
             why = RUNS_AWAY
-    if why:
+    if why is not None:
         search.rejected[name] = Rejected(name, 0.0, why)
 
 
@@ -199,8 +200,7 @@ def _doubted(trial: Trial) -> Trial:
     """A trial on what may be the method's own error: what is true closes that whole, what only resembles it a part."""
     if trial.objection or trial.share >= CLOSES_ALL:
         return trial
-    why = f"it closes {100 * trial.share:.0f} % only of what may be the method's own error"
-    return replace(trial, objection=why)
+    return replace(trial, objection=Reason(Why.PART_OF_OWN_ERROR, numbers={"percent": 100.0 * trial.share}))
 
 
 def _leave(search: Search, found: Sequence[Score]) -> None:

@@ -41,10 +41,9 @@ class GapSize:
             return self.torque < before.torque
         return self.torque * self.link < before.torque * before.of_link
 
-    @property
-    def shown(self) -> str:
-        """The gap in words, its link part in mrad."""
-        return f"{self.torque:.3g} N m" + ("" if self.link is None else f", {1e3 * self.link:.3g} mrad")
+    def numbers(self, name: str) -> dict[str, float]:
+        """The gap for a reason: `name`, N m, and `name`_link_mrad where the link's position was recorded."""
+        return {name: self.torque, **({} if self.link is None else {f"{name}_link_mrad": 1e3 * self.link})}
 
 
 def gap_size(problem: FitProblem, values: Values, held: NDArray[np.bool_]) -> GapSize:

@@ -18,6 +18,7 @@ from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import coulomb
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.likelihood.thresholds import OWN_ERROR_AT_REVERSALS
+from flex_ident.notices import Reason
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import Candidate
 from flex_ident.screening.sketching import extended_solver, raced
@@ -40,7 +41,8 @@ class Trial:
     share: float
     excess: float
     """What is left above the noise, relative to the noise, by energy."""
-    objection: str
+    objection: Reason | None
+    """What speaks against it; None where nothing does."""
 
     @property
     def effect(self) -> str:

@@ -15,24 +15,21 @@ Words = Callable[[str], str]
 
 
 def prismatic_explanation(explanation: GapExplanation) -> GapExplanation:
-    """The explanation with the units of a prismatic joint, in its texts too: N, m and kg."""
+    """The explanation with the units of a prismatic joint: N, m and kg."""
     e = _converted(explanation, prismatic(explanation.final), notices_in_metres(explanation.notices), unit_in_metres)
-    return replace(e, findings=tuple(_finding(f, in_metres, _force_in_newtons, unit_in_metres) for f in e.findings))
+    return replace(e, findings=tuple(_finding(f, in_metres, unit_in_metres) for f in e.findings))
 
 
 def explanation_in_amperes(explanation: GapExplanation) -> GapExplanation:
     """The explanation of an effort that is a current of unknown scale: A instead of N m or N."""
     final, notices = in_amperes(explanation.final), notices_in_amperes(explanation.notices)
     e = _converted(explanation, final, notices, unit_in_amperes)
-    return replace(
-        e, findings=tuple(_finding(f, parameter_in_amperes, unit_in_amperes, unit_in_amperes) for f in e.findings)
-    )
+    return replace(e, findings=tuple(_finding(f, parameter_in_amperes, unit_in_amperes) for f in e.findings))
 
 
 def _converted(
     explanation: GapExplanation, final: Identification, notices: tuple[Notice, ...], words: Words
 ) -> GapExplanation:
-    left = explanation.unexplained
     return replace(
         explanation,
         unit=words(explanation.unit),
@@ -40,25 +37,17 @@ def _converted(
         where=tuple(_region(r, words) for r in explanation.where),
         where_left=tuple(_region(r, words) for r in explanation.where_left),
         notices=notices,
-        unexplained=None if left is None else words(left),
         profiles={k: (_profile(a, words), _profile(b, words)) for k, (a, b) in explanation.profiles.items()},
     )
 
 
-def _force_in_newtons(evidence: str) -> str:
-    return evidence.replace(" N m;", " N;").replace(" mrad,", " mm,")
-
-
-def _finding(found: Finding, converted: Callable[[Parameter], Parameter], words: Words, unit_of: Words) -> Finding:
-    curve = None if found.curve is None else replace(found.curve, unit=unit_of(found.curve.unit))
-    return replace(
-        found, parameters=tuple(converted(p) for p in found.parameters), evidence=words(found.evidence), curve=curve,
-        reading=unit_of(found.reading),
-    )  # fmt: skip
+def _finding(found: Finding, converted: Callable[[Parameter], Parameter], words: Words) -> Finding:
+    curve = None if found.curve is None else replace(found.curve, unit=words(found.curve.unit))
+    return replace(found, parameters=tuple(converted(p) for p in found.parameters), curve=curve)
 
 
 def _region(one: Region, words: Words) -> Region:
-    return replace(one, text=words(one.text))
+    return replace(one, unit=words(one.unit))
 
 
 def _profile(one: Profile, words: Words) -> Profile:

@@ -14,6 +14,7 @@ from flex_ident.gap.trials import closed_share, compared, final_polish, tried, w
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.likelihood.steady import SteadyFit
+from flex_ident.notices import Reason, Why
 from flex_ident.parameters.keys import effect_in
 
 
@@ -27,7 +28,7 @@ def weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
         return search
     newest = search.accepted[-1]
     worth: list[tuple[float, Accepted]] = []
-    why_not = ""
+    why_not: Reason | None = None
     for a in search.accepted:
         kept = [b.trial.candidate for b in search.accepted if b is not a]
         try:
@@ -36,15 +37,15 @@ def weighed(search: Search, solver: SteadyFit, base: Fit) -> Search:
             worth.append((math.inf, a))
             continue
         trial = compared(search.solver, rest, search.fit, a.trial.candidate, search.own_error(besides=a))
-        if trial.objection and not a.by_hand and a is not newest:
-            reason = f"with {newest.trial.effect} in the model, {trial.objection}"
+        if trial.objection is not None and not a.by_hand and a is not newest:
+            reason = Reason(Why.BESIDE_ANOTHER, newest.trial.effect, because=trial.objection)
             search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, trial.share), reason)
         else:
             why_not = trial.objection if a is newest and not a.by_hand else why_not
             worth.append((rest.cost - search.fit.cost, a))
-    if why_not and len(worth) == len(search.accepted):
+    if why_not is not None and len(worth) == len(search.accepted):
         worth = [(cost, a) for cost, a in worth if a is not newest]
-        reason = f"what is in the model already explains as much, fitted again from there: {why_not}"
+        reason = Reason(Why.ALREADY_EXPLAINED, because=why_not)
         if all(a.trial.effect != newest.trial.effect for _, a in worth):  # else one harmonic stays, the next is none
             search.rejected[newest.trial.effect] = Rejected(newest.trial.effect, max(0.0, newest.trial.share), reason)
     by_worth = [a for _, a in sorted(worth, key=lambda item: (not item[1].by_hand, -item[0]))]
@@ -90,6 +91,6 @@ def only_a_cause(search: Search, solver: SteadyFit, base: Fit) -> Search:
         return search
     together = " and ".join(a.trial.effect for a in search.accepted)
     for a in search.accepted:
-        reason = f"{together} would close {100 * share:.0f} % of the gap: what is missing resembles it, and is not it"
+        reason = Reason(Why.RESEMBLES, together, {"percent": 100.0 * share})
         search.rejected[a.trial.effect] = Rejected(a.trial.effect, max(0.0, a.trial.share), reason)
     return Search(solver, base, base, rejected=search.rejected, untestable=search.untestable)

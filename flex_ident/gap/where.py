@@ -23,7 +23,6 @@ class Variable:
 
     name: str
     unit: str
-    words: str
     values: Floats
 
 
@@ -32,19 +31,19 @@ def variables(problem: FitProblem, values: Values) -> tuple[Variable, ...]:
     d = problem.decimation
     motion = problem.motion
     found = [
-        Variable("time", "s", "time", problem.time),
-        Variable("motor_position", "rad", "motor angle", motion.position[::d]),
-        Variable("motor_velocity", "rad/s", "motor velocity", motion.velocity[::d]),
-        Variable("recorded_torque", "N m", "recorded torque", problem.torque),
+        Variable("time", "s", problem.time),
+        Variable("motor_position", "rad", motion.position[::d]),
+        Variable("motor_velocity", "rad/s", motion.velocity[::d]),
+        Variable("recorded_torque", "N m", problem.torque),
     ]
     link = problem.link_response_of(values)
     if link is not None:
         deflection = motion.position - link.position
         rate = motion.velocity - link.velocity
         found += [
-            Variable("spring_deflection", "rad", "spring deflection", deflection[::d]),
-            Variable("deflection_rate", "rad/s", "rate of deflection", rate[::d]),
-            Variable("transmitted_torque", "N m", "transmitted torque", link.spring_torque[::d]),
+            Variable("spring_deflection", "rad", deflection[::d]),
+            Variable("deflection_rate", "rad/s", rate[::d]),
+            Variable("transmitted_torque", "N m", link.spring_torque[::d]),
         ]
     return tuple(found)
 
@@ -91,7 +90,7 @@ def _densest(variable: Variable, residual: Floats, x: Floats, floor: float) -> R
     index = np.clip(np.digitize(x, edges) - 1, 0, BINS - 1)
     count = np.bincount(index, minlength=BINS).astype(float)
     energy = np.maximum(np.bincount(index, residual * residual, BINS) - count * floor**2, 0.0)
-    return _region(variable.name, variable.words, variable.unit, edges, energy, count)
+    return _region(variable.name, variable.unit, edges, energy, count)
 
 
 def _densest_frequency(residual: Floats, rows: NDArray[np.bool_], rate_hz: float, floor: float) -> Region | None:
@@ -104,10 +103,10 @@ def _densest_frequency(residual: Floats, rows: NDArray[np.bool_], rate_hz: float
     width = np.bincount(index, minlength=BINS).astype(float)
     total = float(np.mean(residual[rows] ** 2))
     noise = energy.sum() * min(1.0, floor**2 / total) * width / width.sum() if total > 0 else 0.0
-    return _region("frequency", "frequency", "Hz", edges, np.maximum(energy - noise, 0.0), width)
+    return _region("frequency", "Hz", edges, np.maximum(energy - noise, 0.0), width)
 
 
-def _region(name: str, words: str, unit: str, edges: Floats, energy: Floats, weight: Floats) -> Region | None:
+def _region(name: str, unit: str, edges: Floats, energy: Floats, weight: Floats) -> Region | None:
     total, whole = float(energy.sum()), float(weight.sum())
     if total <= 0.0 or whole <= 0.0:
         return None
@@ -126,10 +125,4 @@ def _region(name: str, words: str, unit: str, edges: Floats, energy: Floats, wei
         return None
     _, i, j = best
     share, time = float(energy_sum[j] - energy_sum[i]), float(weight_sum[j] - weight_sum[i])
-    low, high = float(edges[i]), float(edges[j])
-    kind = "of the spectrum" if name == "frequency" else "of the time"
-    text = (
-        f"{100 * share:.0f} % of the gap lies where the {words} is {low:.3g} to {high:.3g} {unit}, "
-        f"{100 * time:.0f} % {kind}"
-    )
-    return Region(name, low, high, share, time, text)
+    return Region(name, float(edges[i]), float(edges[j]), share, time, unit)

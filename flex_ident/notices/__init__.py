@@ -2,5 +2,6 @@
 
 from flex_ident.notices.codes import Code, Severity
 from flex_ident.notices.notice import Notice
+from flex_ident.notices.reasons import Reason, Why
 
-__all__ = ["Code", "Notice", "Severity"]
+__all__ = ["Code", "Notice", "Reason", "Severity", "Why"]

@@ -21,8 +21,10 @@ from flex_ident.report.gap_table import (
     summary_text,
     warnings_of,
 )
+from flex_ident.report.gap_words import evidence_text, region_text, rejected_text, unexplained_text
 from flex_ident.report.page import Image, Merit, Row, Section, page_html
 from flex_ident.report.table import meaning_of, parameter_row
+from flex_ident.report.units import words_of
 
 
 def gap_html(explanation: GapExplanation, recording: Recording, figures: Mapping[str, bytes]) -> str:
@@ -66,9 +68,10 @@ def _image(figures: Mapping[str, bytes], name: str, alt: str) -> tuple[Image, ..
 
 
 def _findings(e: GapExplanation, figures: Mapping[str, bytes]) -> list[Section]:
-    sections = []
+    sections, words = [], words_of(e.final)
     for f in e.findings:
-        items = [f"Equation: {effect_named(f.effect).equation}", f.evidence[0].upper() + f.evidence[1:]]
+        evidence = evidence_text(f, words)
+        items = [f"Equation: {effect_named(f.effect).equation}", evidence[0].upper() + evidence[1:]]
         if f.also_considered:
             items.append(f"Also considered: {others_text(f).replace('_', ' ')}")
         if f.indistinguishable_from:
@@ -76,18 +79,18 @@ def _findings(e: GapExplanation, figures: Mapping[str, bytes]) -> list[Section]:
             items.append(f"This recording cannot tell it from {names}; what would: {f.experiment}")
         images = _image(figures, curve_name(f.effect), "the measured law with its 95 % band")
         title = f"Found: {f.effect.replace('_', ' ')}"
-        sections.append(Section(title, (finding_text(f),), tuple(items), images=images))
+        sections.append(Section(title, (finding_text(f, words),), tuple(items), images=images))
     return sections
 
 
 def _unexplained(e: GapExplanation) -> list[Section]:
-    return [Section("Not explained", (e.unexplained,))] if e.unexplained else []
+    return [Section("Not explained", (unexplained_text(e),))] if e.unexplained else []
 
 
 def _where(e: GapExplanation, figures: Mapping[str, bytes]) -> Section:
     return Section(
         "Where the gap of the base model lies",
-        items=tuple(r.text[0].upper() + r.text[1:] for r in e.where),
+        items=tuple(text[0].upper() + text[1:] for text in map(region_text, e.where)),
         images=_image(figures, "gap_where", "gap over position, velocity, deflection and time"),
     )
 
@@ -109,7 +112,8 @@ def _model(e: GapExplanation) -> Section:
 
 
 def _rejected(e: GapExplanation) -> Section:
-    rows = tuple(Row((r.effect.replace("_", " "), closed_share(r.share), r.reason)) for r in e.rejected)
+    words = words_of(e.final)
+    rows = tuple(Row((r.effect.replace("_", " "), closed_share(r.share), rejected_text(r, words))) for r in e.rejected)
     if not rows:
         return Section("Tried and not accepted", ("Nothing else was worth a trial.",))
     return Section("Tried and not accepted", header=("effect", "% of the gap", "why not"), rows=rows, right=(1,))

@@ -11,8 +11,10 @@ from flex_ident.gap.measured import MeasuredCurve
 from flex_ident.likelihood.repeats import Repeats
 from flex_ident.parameters import Parameter
 from flex_ident.report import schemas
+from flex_ident.report.gap_words import evidence_text, reading_text, region_text, rejected_text, unexplained_text
 from flex_ident.report.result import covariance_content
 from flex_ident.report.sentences import warning_content
+from flex_ident.report.units import Words, words_of
 
 
 def _finite(value: float) -> float | None:
@@ -30,19 +32,20 @@ def _parameter(p: Parameter) -> dict[str, Any]:
 def _regions(found: Sequence[Region]) -> list[dict[str, Any]]:
     return [
         {"variable": r.variable, "range": [r.low, r.high], "share_of_gap": r.share, "share_of_time": r.time_share,
-         "text": r.text}
+         "text": region_text(r)}
         for r in found
     ]  # fmt: skip
 
 
-def _finding(f: Finding) -> dict[str, Any]:
+def _finding(f: Finding, words: Words) -> dict[str, Any]:
     content: dict[str, Any] = {
         "effect": f.effect, "verdict": f.verdict, "confidence": f.confidence, "gap_before": f.gap_before,
-        "gap_after": f.gap_after, "parameters": {p.key: _parameter(p) for p in f.parameters}, "evidence": f.evidence,
+        "gap_after": f.gap_after, "parameters": {p.key: _parameter(p) for p in f.parameters},
+        "evidence": evidence_text(f, words),
         "also_considered": [{"effect": a.effect, "gap_after": _finite(a.gap_after)} for a in f.also_considered],
     }  # fmt: skip
     if f.curve is not None:
-        content["curve"] = _curve(f.curve, f.reading)
+        content["curve"] = _curve(f.curve, reading_text(f, words))
     if f.indistinguishable_from:
         content["indistinguishable_from"] = list(f.indistinguishable_from)
         content["experiment"] = f.experiment
@@ -66,7 +69,7 @@ def _step(s: Step) -> dict[str, Any]:
 
 def gap_content(explanation: GapExplanation) -> dict[str, Any]:
     """The content of `gap.json` (schema flex_ident/gap/1)."""
-    e = explanation
+    e, words = explanation, words_of(explanation.final)
     known = e.final.covariance
     return {
         "schema": schemas.GAP, "joint": e.joint, "sensors": e.sensors, "verdict": e.verdict,
@@ -77,12 +80,15 @@ def gap_content(explanation: GapExplanation) -> dict[str, Any]:
             "repeats": {"before": _repeats(e.repeats), "after": _repeats(e.repeats_left)} if e.repeats else None,
         },
         "where": _regions(e.where), "where_left": _regions(e.where_left),
-        "findings": [_finding(f) for f in e.findings],
-        "rejected": [{"effect": r.effect, "share_of_gap": r.share, "reason": r.reason} for r in e.rejected],
+        "findings": [_finding(f, words) for f in e.findings],
+        "rejected": [
+            {"effect": r.effect, "share_of_gap": r.share, "code": str(r.reason.why), "reason": rejected_text(r, words)}
+            for r in e.rejected
+        ],
         "not_testable": [
             {"effect": u.effect, "orthogonal_share": u.orthogonal, "experiment": u.experiment} for u in e.not_testable
         ],
-        "unexplained": e.unexplained,
+        "unexplained": unexplained_text(e) or None,
         "parameters": {p.key: _parameter(p) for p in e.final.parameters},
         **({} if known is None else {"covariance": covariance_content(known)}),
         "warnings": [warning_content(n) for n in (*e.notices, *e.final.notices)],

@@ -19,6 +19,7 @@ from flex_ident.pooling.combining import Pooled
 from flex_ident.pooling.effects import STAYS, Heard, Outcome
 from flex_ident.report import schemas
 from flex_ident.report.gap_set_worded import evidence_text, reason_text
+from flex_ident.report.gap_words import region_text, unexplained_text
 from flex_ident.report.result import covariance_content, finite, parameters_content
 from flex_ident.report.sentences import warning_content
 from flex_ident.report.several_result import (
@@ -86,7 +87,9 @@ class JoinedGap:
     def left(self) -> list[str]:
         """What is unexplained, recording by recording."""
         return [
-            f"{name}: {own.unexplained}" for name, own in zip(self.names, self.finals, strict=True) if own.unexplained
+            f"{name}: {unexplained_text(own)}"
+            for name, own in zip(self.names, self.finals, strict=True)
+            if own.unexplained
         ]
 
     @property
@@ -150,7 +153,7 @@ def gap_set_content(result: JoinedGap) -> dict[str, Any]:
         },
         "where": [
             {"recording": name, "variable": r.variable, "range": [r.low, r.high], "share_of_gap": r.share,
-             "share_of_time": r.time_share, "text": f"{name}: {r.text}"}
+             "share_of_time": r.time_share, "text": f"{name}: {region_text(r)}"}
             for name, own in zip(result.names, result.own, strict=True) for r in own.where[:1]
         ],
         "findings": [_finding(result, own) for own in result.accepted],
@@ -237,5 +240,5 @@ def _recording(result: JoinedGap, i: int) -> dict[str, Any]:
         "findings": [f.effect for f in own.findings],
         "gap": {"before": gap.before, "after": gap.after, "noise_floor": gap.floor, "values_from": gap.values_from},
         "by_itself": {"before": own.before, "after": own.after, "noise_floor": own.noise_floor},
-        "unexplained": final.unexplained,
+        "unexplained": unexplained_text(final) or None,
     }  # fmt: skip

@@ -9,8 +9,9 @@ from flex_ident.gap.explanation import Finding, GapExplanation
 from flex_ident.notices import Code
 from flex_ident.parameters import Identification
 from flex_ident.report.advice import first_thing, other_things, told
+from flex_ident.report.gap_words import evidence_text, reading_text, region_text, rejected_text, unexplained_text
 from flex_ident.report.table import rounded, text_table
-from flex_ident.report.units import words_of
+from flex_ident.report.units import Words, words_of
 
 SUMMARY = {
     "complete": "no effect shows that is missing: what is left of the gap is noise",
@@ -30,14 +31,14 @@ def summary_text(e: GapExplanation) -> str:
     return SUMMARY[e.verdict] + (GRANTED_BELOW if granted else "")
 
 
-def finding_text(finding: Finding) -> str:
+def finding_text(finding: Finding, words: Words) -> str:
     """An effect with its numbers, in one line."""
     numbers = ", ".join(
         f"{p.key} {rounded(p.value, p.std)} ± {rounded(2 * p.std, 2 * p.std)} {p.unit}".removesuffix(" 1").rstrip()
         for p in finding.parameters
     )
     if finding.curve is not None:
-        numbers = finding.reading
+        numbers = reading_text(finding, words)
     how = "put in by hand" if finding.verdict == "by_hand" else f"confidence {finding.confidence:.2f}"
     return f"{finding.effect}: {effect_named(finding.effect).summary} ({numbers}; {how})"
 
@@ -104,13 +105,13 @@ def _steps_text(e: GapExplanation) -> str:
 
 def gap_text(explanation: GapExplanation) -> str:
     """Verdict, steps, findings, regions, what was not accepted and what could not be tested."""
-    e = explanation
+    e, words = explanation, words_of(explanation.final)
     lines = [f"{e.joint}: {e.verdict.replace('_', ' ')}: {summary_text(e)}  (sensors {e.sensors})", ""]
     first = do_first(e)
     lines += [f"do this first: {first}", ""] if first else []
     lines.append(_steps_text(e))
     for finding in e.findings:
-        lines += ["", finding_text(finding), f"  {finding.evidence}"]
+        lines += ["", finding_text(finding, words), f"  {evidence_text(finding, words)}"]
         if finding.also_considered:
             lines.append(f"  also considered: {others_text(finding)}")
         if finding.indistinguishable_from:
@@ -124,12 +125,12 @@ def gap_text(explanation: GapExplanation) -> str:
             f"{left.repeatable:.3g} after; noise {left.noise:.3g}",
         ]
     if e.where:
-        lines += ["", "where the gap of the base model lies:", *(f"  {r.text}" for r in e.where)]
+        lines += ["", "where the gap of the base model lies:", *(f"  {region_text(r)}" for r in e.where)]
     if e.unexplained:
-        lines += ["", f"unexplained: {e.unexplained}"]
+        lines += ["", f"unexplained: {unexplained_text(e)}"]
     refused = [r for r in e.rejected if r.promising]
     if refused:
-        lines += ["", "tried and not accepted:", *(f"  {r.effect}: {r.reason}" for r in refused)]
+        lines += ["", "tried and not accepted:", *(f"  {r.effect}: {rejected_text(r, words)}" for r in refused)]
     if e.not_testable:
         lines += ["", "could not have been seen in this recording:"]
         lines += [f"  {u.effect}: {u.experiment or 'another motion'} would show it" for u in e.not_testable]

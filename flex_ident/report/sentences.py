@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from flex_ident.judgement.priorities import REVERSED
-from flex_ident.notices import Code, Notice
+from flex_ident.notices import Code, Notice, Reason
+from flex_ident.report.reasons import reason_text
 from flex_ident.report.several_worded import OF_SEVERAL
 from flex_ident.report.worded import (
     TAKEN,
@@ -33,8 +34,10 @@ from flex_ident.report.worded import (
 )
 
 
-def sentence(notice: Notice) -> str:
-    """What a notice says, in one sentence or two that begin with a small letter."""
+def sentence(notice: Notice | Reason) -> str:
+    """What a notice or a reason says, in one sentence or two that begin with a small letter."""
+    if isinstance(notice, Reason):
+        return reason_text(notice)
     template = SENTENCES[notice.code]
     if isinstance(template, Mapping):
         template = template[notice.case]

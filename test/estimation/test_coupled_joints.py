@@ -11,6 +11,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.explain import explain
 from flex_ident.gap.options import GapOptions
 from flex_ident.recording import Recording
+from flex_ident.report.gap_words import unexplained_text
 
 RATE_HZ = 500.0
 Floats = NDArray[np.float64]
@@ -55,7 +56,7 @@ def test_torque_of_another_joint_is_seen_and_nothing_is_complete(coupling: float
     assert result.verdict != "trusted"
     found = explain(recording, GapOptions(rigid=True))
     assert found.verdict != "complete"
-    assert "other" in (found.unexplained or "")
+    assert "other" in unexplained_text(found)
 
 
 @pytest.mark.parametrize("seed", range(6))

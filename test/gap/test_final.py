@@ -8,11 +8,15 @@ import pytest
 
 from flex_ident.gap.final import _fails
 from flex_ident.gap.sizes import GapSize
+from flex_ident.notices import Reason
+from flex_ident.report.reasons import reason_text
 
 CANDIDATE = SimpleNamespace(effect="torque_offset", scaled=("torque_offset.torque",))
-
-
 BEFORE = GapSize(1.0)
+
+
+def said(reason: Reason | None) -> str:
+    return "" if reason is None else reason_text(reason)
 
 
 def _judged(after: GapSize, *, evidence: str, before: GapSize = BEFORE, std: float = 0.01) -> str:
@@ -21,7 +25,7 @@ def _judged(after: GapSize, *, evidence: str, before: GapSize = BEFORE, std: flo
     estimate = SimpleNamespace(
         left=SimpleNamespace(evidence=evidence, floor=0.5), plain=known, uncertainty=known, fit=fit
     )
-    return _fails(cast(Any, CANDIDATE), before, after, cast(Any, estimate))
+    return said(_fails(cast(Any, CANDIDATE), before, after, cast(Any, estimate)))
 
 
 @pytest.mark.parametrize(("after", "held"), [(0.95, False), (0.85, True)])
@@ -62,6 +66,6 @@ def test_a_second_mode_without_an_inertia_is_none() -> None:
         whole, plain = SimpleNamespace(std=stds.__getitem__), SimpleNamespace(std=lambda _key: 0.1)
         left, fit = SimpleNamespace(evidence="quiet", floor=0.5), SimpleNamespace(values=values)
         estimate: Any = SimpleNamespace(left=left, plain=plain, uncertainty=whole, fit=fit)
-        why = _fails(candidate, BEFORE, GapSize(0.6), estimate)
+        why = said(_fails(candidate, BEFORE, GapSize(0.6), estimate))
         assert (why == "") == named
         assert named or "second_mode.inertia is known to 1.7" in why

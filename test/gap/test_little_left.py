@@ -10,6 +10,8 @@ import pytest
 
 from flex_ident.gap.search import _doubted, _is_noise, _is_nothing
 from flex_ident.likelihood.remainder import LinkRemainder, Remainder
+from flex_ident.notices import Reason, Why
+from flex_ident.report.reasons import reason_text
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,7 @@ class Tried:
     """What a trial says of itself."""
 
     share: float
-    objection: str = ""
+    objection: Reason | None = None
 
 
 def left(gap: float, *, own_error: float = 0.3, link_gap: float = 0.0) -> Remainder:
@@ -43,7 +45,7 @@ def test_noise_and_the_methods_own_error(remainder: Remainder, noise: bool, noth
 def test_of_what_may_be_the_methods_own_error_a_part_is_no_evidence() -> None:
     part: Any = Tried(0.77)
     whole: Any = Tried(0.94)
-    refused: Any = Tried(0.1, "no")
-    assert "77 % only" in _doubted(part).objection
+    refused: Any = Tried(0.1, Reason(Why.WITHIN_NOISE))
+    assert "77 % only" in reason_text(_doubted(part).objection)
     assert _doubted(whole) is whole
     assert _doubted(refused) is refused

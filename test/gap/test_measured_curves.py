@@ -22,9 +22,12 @@ from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
 from flex_ident.report.curve_plot import curve_plot
+from flex_ident.report.curve_words import curve_words
 from flex_ident.report.gap_report import gap_html
 from flex_ident.report.gap_result import gap_content
 from flex_ident.report.gap_table import gap_text
+from flex_ident.report.gap_words import reading_text
+from flex_ident.report.units import as_they_are
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
@@ -33,6 +36,10 @@ from recordings import recording_of
 from unnamed_laws import COBOT, hidden_in, played, true_law
 
 NAMES = tuple(name for name, effect in CATALOGUE.items() if effect.curve is not None)
+
+
+def told(curve: MeasuredCurve) -> str:
+    return curve_words(curve, read(curve))
 
 
 def friction(law: Floats, speed: Floats, std: float) -> MeasuredCurve:
@@ -48,16 +55,16 @@ PLAIN = 12.0 * SPEED + 6.0 * np.sign(SPEED)
 
 def test_a_curve_is_read_as_the_named_laws_within_its_band() -> None:
     stribeck = 5.0 * np.exp(-((SPEED / 0.1) ** 2)) * np.sign(SPEED)
-    said = read(friction(PLAIN + stribeck + 2.0 * SPEED * np.abs(SPEED), SPEED, 0.1))
+    said = told(friction(PLAIN + stribeck + 2.0 * SPEED * np.abs(SPEED), SPEED, 0.1))
     assert "looks like" in said
     assert "Stribeck with 4.97 N m at 0.1 rad/s, plus a quadratic part of 1.98 N m s^2/rad^2 above" in said
     assert "viscous friction that differs" not in said
-    assert read(friction(PLAIN, SPEED, 0.1)).endswith("looks like 6 N m of dry friction, plus 12 N m s/rad")
+    assert told(friction(PLAIN, SPEED, 0.1)).endswith("looks like 6 N m of dry friction, plus 12 N m s/rad")
 
 
 def test_what_no_name_fits_is_said_to_be_so() -> None:
     hump = 4.0 * np.exp(-(((np.abs(SPEED) - 0.8) / 0.15) ** 2)) * np.sign(SPEED)
-    said = read(friction(PLAIN + hump, SPEED, 0.1))
+    said = told(friction(PLAIN + hump, SPEED, 0.1))
     assert "no named law lies within its band" in said
     assert "+4 N m at 0." in said
 
@@ -126,7 +133,7 @@ def test_friction_that_has_no_name_is_a_curve_that_covers_the_truth(tmp_path: Pa
             assert abs(p.value - getattr(COBOT, p.key)) < 4.0 * p.std, p.key
     (finding,) = found.findings
     assert finding.curve is not None
-    assert finding.reading in gap_text(found)
+    assert reading_text(finding, as_they_are) in gap_text(found)
     content = gap_content(found)["findings"][0]["curve"]
     assert len(content["at"]) == len(content["lower"]) == len(content["torque"])
     picture = curve_plot(finding.curve, found.unit)

@@ -33,5 +33,5 @@ def test_friction_that_varies_with_the_angle_is_named_and_measured(sensors: str)
 def test_friction_does_not_vary_by_more_than_there_is() -> None:
     effect = CATALOGUE["position_dependent_friction"]
     assert effect.reach is not None
-    assert effect.reach({"amplitude": 3.0}, {"FSm": 4.0}) == ""
-    assert "more than there is" in effect.reach({"amplitude": 1.0, "amplitude_2": 6.0}, {"FSm": 4.0})
+    assert effect.reach({"amplitude": 3.0}, {"FSm": 4.0}) is None
+    assert effect.reach({"amplitude": 1.0, "amplitude_2": 6.0}, {"FSm": 4.0}) is not None

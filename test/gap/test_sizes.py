@@ -1,5 +1,7 @@
 """The gap falls in the torque, or in the link's position where that is what an effect shows in."""
 
+import pytest
+
 from flex_ident.gap.sizes import GapSize
 
 
@@ -19,6 +21,6 @@ def test_with_one_both_decide_together() -> None:
     assert not GapSize(0.99, 1.02e-4).falls_from(before)
 
 
-def test_it_is_told_with_its_units() -> None:
-    assert GapSize(0.21).shown == "0.21 N m"
-    assert GapSize(0.21, 9.23e-5).shown == "0.21 N m, 0.0923 mrad"
+def test_it_is_given_to_reasons_with_its_units() -> None:
+    assert GapSize(0.21).numbers("after") == {"after": 0.21}
+    assert GapSize(0.21, 2e-5).numbers("before") == {"before": 0.21, "before_link_mrad": pytest.approx(0.02)}

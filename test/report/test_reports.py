@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.gap.explanation import Alternative, Finding, GapCurves, GapExplanation, Region, Rejected, Step
-from flex_ident.notices import Code, Notice
+from flex_ident.gap.explanation import Alternative, Finding, GapCurves, GapExplanation, Proof, Region, Rejected, Step
+from flex_ident.gap.sizes import GapSize
+from flex_ident.notices import Code, Notice, Reason, Why
 from flex_ident.parameters import FitQuality, Identification, JointModel, Parameter
 from flex_ident.recording import Recording
 from flex_ident.report.advice import first_thing, other_things
@@ -118,8 +119,10 @@ def explanation(**changes: object) -> GapExplanation:
     e = GapExplanation(
         joint="elbow", sensors="motor", verdict="complete", unit="N m", before=1.0, after=0.999, noise_floor=0.9,
         steps=(Step("base", 1.0), Step("base + backlash", 0.9999)), findings=(), not_testable=(),
-        where=(Region("frequency", 0.0, 2.1, 0.98, 0.1, "98 % of the gap lies where the frequency is low"),),
-        rejected=(Rejected("backlash", -0.62, "no"), Rejected("gravity", -0.001, "no")), final=final,
+        where=(Region("frequency", 0.0, 2.1, 0.98, 0.1, "Hz"),),
+        rejected=(
+            Rejected("backlash", -0.62, Reason(Why.WITHIN_NOISE)), Rejected("gravity", -0.001, Reason(Why.RUNS_AWAY)),
+        ), final=final,
         curves=GapCurves(time, measured, measured + noise[0], measured + noise[1], usable),
     )  # fmt: skip
     return replace(e, **changes)  # type: ignore[arg-type]
@@ -154,8 +157,11 @@ def test_the_terminal_shows_the_recordings_warnings_once() -> None:
     assert header.endswith("change")
 
 
+PROOF = Proof(GapSize(1.0), GapSize(0.5), 0.4, 3.0, 80.0, 0.9)
+
+
 def test_another_effect_whose_gap_is_larger_than_before_is_explained() -> None:
-    found = Finding("backlash", "accepted", 0.9, 1.0, 0.5, (), "evidence", (Alternative("hysteresis", 0.7),))
+    found = Finding("backlash", "accepted", 0.9, 1.0, 0.5, (), PROOF, (Alternative("hysteresis", 0.7),))
     assert others_text(found) == "hysteresis (gap 0.7)"
     worse = replace(found, also_considered=(*found.also_considered, Alternative("gravity", 1.4)))
     assert "gravity (gap 1.4); a gap above 1 is larger than without that" in others_text(worse)
