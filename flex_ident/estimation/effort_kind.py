@@ -7,6 +7,7 @@ import numpy as np
 from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.gravity_kind import gravity_compensated
+from flex_ident.estimation.hidden_gravity import with_hidden_gravity, with_other_pull
 from flex_ident.estimation.kind_fit import ROUNDS, KindFit, refitted
 from flex_ident.estimation.kind_gain import gain_of
 from flex_ident.estimation.kind_priors import friction_keys, friction_priors
@@ -35,10 +36,11 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
     if kind == JOINT_SENSOR or sensor:
         case = {"case": "found" if kind == "auto" else "given"}
         said = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", {"inertia_percent": 0.0}, case)
-        return KindFit(JOINT_SENSOR, solver, fit, (said,))
+        sensed = KindFit(JOINT_SENSOR, solver, fit, (said,))
+        return with_hidden_gravity(sensed) if kind == "auto" and not _holds_gravity(problem) else sensed
     if kind == GRAVITY_COMPENSATED:
         said = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {}, {"case": "given"})
-        return KindFit(GRAVITY_COMPENSATED, solver, fit, (said,))
+        return with_other_pull(problem, KindFit(GRAVITY_COMPENSATED, solver, fit, (said,)))
     if kind == FRICTION_COMPENSATED:
         texts = {"case": "given", "absent": " and ".join(friction_keys(rigid=problem.rigid))}
         return KindFit(FRICTION_COMPENSATED, solver, fit, (Notice(Code.EFFORT_FRICTION_COMPENSATED, texts=texts),))
@@ -46,9 +48,10 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
         return KindFit(MOTOR, solver, fit)
     try:
         found = _joint_sensor(problem, solver, fit) or _friction_compensated(problem, solver, fit)
-        if found is None and _holds_gravity(problem):
-            return KindFit(MOTOR, solver, fit)
-        return found if found is not None else gravity_compensated(problem, solver, fit)
+        if _holds_gravity(problem):
+            return found or KindFit(MOTOR, solver, fit)
+        found = found or gravity_compensated(problem, solver, fit)
+        return with_hidden_gravity(found) if found.kind in (MOTOR, JOINT_SENSOR) else found
     except ExcitationError:  # the other kind's model runs away: it is not this one
         return KindFit(MOTOR, solver, fit)
 

@@ -320,10 +320,11 @@ def identification_of(
         absent = estimate.kind.absent
         there = (p for p in parameters if all(p.key != a.key for a in absent))
         parameters = tuple(sorted((*absent, *there), key=_paper_order))
-        if estimate.kind.unclear and estimate.kind.kind == MOTOR:
+        if estimate.kind.unclear and estimate.kind.kind in (MOTOR, JOINT_SENSOR):
             matters = estimate.kind.matters
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
-            notices.insert(0, Notice(code, "motor_torque"))
+            case = {"case": "sensor"} if estimate.kind.kind == JOINT_SENSOR else {}
+            notices.insert(0, Notice(code, "motor_torque", texts=case))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
     placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)

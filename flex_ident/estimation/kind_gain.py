@@ -49,18 +49,23 @@ def _saved(one: Floats, two: Floats) -> float:
     return (before - after) / max(before - one.size, 1e-300) if before > one.size else 0.0
 
 
+def removed_gravity(problem: FitProblem, solver: SteadyFit, fit: Fit) -> list[Floats]:
+    """What each first moment of 1 kg m that the controller takes off the effort adds to the whitened residual, (r,)."""
+    position = problem.motion.position
+    nothing = [np.zeros(problem.time.size)] * (len(fit.whitenings) - 1)
+    late = float(fit.values.get("torque_delay", 0.0))
+    return [
+        solver.whitened((GRAVITY * problem.reduced(shape, delay=late), *nothing), fit.whitenings)
+        for shape in (np.cos(position), np.sin(position))
+    ]
+
+
 def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:
     """Twice the log-likelihood, to first order, that an effort without gravity gains over one with it.
 
     What is recorded is then the motor's torque less g (MX cos qm + MY sin qm): two columns that need no simulation.
     """
-    position = problem.motion.position
-    nothing = [np.zeros(problem.time.size)] * (len(fit.whitenings) - 1)
-    late = float(fit.values.get("torque_delay", 0.0))
-    removed = [
-        solver.whitened((GRAVITY * problem.reduced(shape, delay=late), *nothing), fit.whitenings)
-        for shape in (np.cos(position), np.sin(position))
-    ]
+    removed = removed_gravity(problem, solver, fit)
     inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
     jacobian, prior = fit.jacobian.copy(), np.sqrt(np.diag(fit.prior_information))
     rest = fit.residual.copy()

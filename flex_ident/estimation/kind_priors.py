@@ -20,6 +20,8 @@ from flex_ident.parameters.effort_kinds import (
     CURRENT,
     FRICTION_COMPENSATED,
     FRICTION_KEYS,
+    GRAVITY_COMPENSATED,
+    GRAVITY_REMOVED,
     MOTOR,
     REVERSAL_KEYS,
     RIGID_FRICTION_KEYS,
@@ -27,6 +29,10 @@ from flex_ident.parameters.effort_kinds import (
 from flex_ident.parameters.keys import effect_in
 from flex_ident.recording import Recording
 from flex_ident.screening.sketching import effects_in
+
+REMOVED, MOST_OFF = 0.1, 1.0
+"""Share of the gravity that a controller adds by which its model is off, one standard deviation and at most. Set by
+hand: masses by a manufacturer are known to some per cent, a tool that nobody entered weighs some more."""
 
 
 def friction_keys(*, rigid: bool) -> tuple[str, ...]:
@@ -56,6 +62,8 @@ def base_priors(
 ) -> dict[str, Prior]:
     """What is estimated beside the base `keys` under a kind of effort, with what is known of it beforehand."""
     priors = kept_priors(model_priors(problem, effects_in(keys), late_samples=late_samples), keys)
+    if kind == GRAVITY_COMPENSATED and not problem.rigid:
+        priors[GRAVITY_REMOVED] = Prior(1.0, REMOVED, 1.0 - MOST_OFF, 1.0 + MOST_OFF, start=1.0)
     return {**priors, **friction_priors(problem)} if kind == FRICTION_COMPENSATED else priors
 
 

@@ -175,8 +175,9 @@ class Code(StrEnum):
     )  # fmt: skip
     EFFORT_GRAVITY_COMPENSATED = (
         "effort_gravity_compensated", "info",
-        "The gravity that the controller adds is not in the effort: MX and MY are what its model of the arm leaves.",
-        "Record the effort before that is subtracted, if the arm's own gravity is wanted; or say --effort-kind motor.",
+        "The gravity that the controller adds is not in the effort: MX and MY are the link's own, as far as its mode "
+        "shows; how much of them the controller takes off is fitted (gravity_removed).",
+        "Record the effort before that is subtracted to know gravity better; or say --effort-kind motor.",
     )  # fmt: skip
     URDF_GRAVITY = (
         "urdf_gravity", "info",
@@ -210,13 +211,13 @@ class Code(StrEnum):
         "effort_kind_unclear", "doubt",
         "The recording does not tell whether the effort holds gravity or is less what the controller adds: it was "
         "taken as the motor's torque, and the intervals reach as far as the other would move them.",
-        "Say --effort-kind motor or --effort-kind gravity_compensated, or give the robot's --urdf, whose weight tells.",
+        "Say what the effort is with --effort-kind, or give the robot's --urdf, whose weight tells.",
     )  # fmt: skip
     EFFORT_KIND_OPEN = (
         "effort_kind_open", "info",
         "The recording does not tell whether the effort holds gravity or is less what the controller adds. It matters "
         "little here: it was taken as the motor's torque, and the intervals reach as far as the other would move them.",
-        "Say --effort-kind motor or --effort-kind gravity_compensated, and the intervals become narrower.",
+        "Say what the effort is with --effort-kind, and the intervals become narrower.",
     )  # fmt: skip
     EFFORT_LAG = (
         "effort_lag", "info",

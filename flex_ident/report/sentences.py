@@ -241,15 +241,29 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         ),
     },
     Code.EFFORT_COMMANDED: "the effort was taken as what the drive was asked for, as you say.",
-    Code.EFFORT_KIND_UNCLEAR: (
-        "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
-        "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would move "
-        "them."
-    ),
-    Code.EFFORT_KIND_OPEN: (
-        "the recording does not tell whether the effort holds gravity or is less what the controller adds; the "
-        "intervals hold both. With --effort-kind motor or --effort-kind gravity_compensated they become narrower."
-    ),
+    Code.EFFORT_KIND_UNCLEAR: {
+        "": (
+            "the recording does not tell whether the effort holds gravity or is less what the controller adds: say "
+            "--effort-kind motor or --effort-kind gravity_compensated. The intervals reach as far as the other would "
+            "move them."
+        ),
+        "sensor": (
+            "the recording does not tell whether the torque sensor's effort holds gravity or is less what the "
+            "controller adds: say --effort-kind joint_sensor if it holds all of it. The intervals reach as far as the "
+            "other would move them."
+        ),
+    },
+    Code.EFFORT_KIND_OPEN: {
+        "": (
+            "the recording does not tell whether the effort holds gravity or is less what the controller adds; the "
+            "intervals hold both. With --effort-kind motor or --effort-kind gravity_compensated they become narrower."
+        ),
+        "sensor": (
+            "the recording does not tell whether the torque sensor's effort holds gravity or is less what the "
+            "controller adds; the intervals hold both. With --effort-kind joint_sensor, if it holds all of it, they "
+            "become narrower."
+        ),
+    },
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
     Code.CHAIN_AT_ITS_END: chain_at_its_end,
     Code.TORQUE_DELAY: late("torque"),

@@ -98,6 +98,40 @@ def test_gravity_compensation_that_is_given_is_used(sensors: str) -> None:
     assert_within(result, HEAVY)
 
 
+@pytest.mark.parametrize(
+    ("kind", "removed", "told"),
+    [
+        ("gravity_compensated", 0.9, "auto"),
+        pytest.param("gravity_compensated", 0.9, "gravity_compensated", marks=pytest.mark.campaign),
+        ("sensor_less_gravity", 1.0, "auto"),
+        pytest.param("sensor_less_gravity", 0.9, "auto", marks=pytest.mark.campaign),
+    ],
+)
+def test_gravity_that_the_controller_hardly_leaves_is_in_the_intervals(kind: str, removed: float, told: str) -> None:
+    """JL of an adversary's joints was 6 to 43 standard deviations off, trusted; told the kind, MY was four times what
+    it is."""
+    model = JointModel({**COBOT_JOINT.parameters, "MX": 0.0, "MY": -4.0}, joint="hanging")
+    recording = kind_recording(model, kind, EXPERIMENT, link=False, removed=removed)
+    result = identify(recording, IdentifyOptions(sensors="motor", effort_kind=told))
+    for p in result.parameters:
+        if math.isfinite(p.std):
+            assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
+    if told == "auto":
+        notice = next(n for n in result.notices if n.code in ("effort_kind_unclear", "effort_kind_open"))
+        assert notice.case == ("sensor" if kind == "sensor_less_gravity" else "")
+        assert not result.parameter("MY").identifiable
+
+
+@pytest.mark.parametrize("weight", [12.0, pytest.param(-6.0, marks=pytest.mark.campaign)])
+def test_which_way_gravity_pulls_is_open_where_the_mode_alone_shows_it(weight: float) -> None:
+    """MY of an adversary's joints came out with the other sign, K and JL with it 5 to 16 standard deviations off."""
+    model = JointModel({**COBOT_JOINT.parameters, "MX": 0.0, "MY": weight}, joint="standing")
+    recording = kind_recording(model, "gravity_compensated", EXPERIMENT, link=False)
+    result = identify(recording, IdentifyOptions(sensors="motor", effort_kind="gravity_compensated"))
+    for p in result.parameters:
+        assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
+
+
 def test_an_effort_without_its_sign_is_refused() -> None:
     recording = kind_recording(COBOT_JOINT, "unsigned", EXPERIMENT)
     for options in (IdentifyOptions(), IdentifyOptions(rigid=True), IdentifyOptions(method="weighted")):

@@ -16,22 +16,30 @@ NOISE = 0.01
 
 
 def kind_recording(
-    model: JointModel, kind: str, experiment: Experiment, *, bits: int = 17, link: bool = True, seed: int = 1
+    model: JointModel,
+    kind: str,
+    experiment: Experiment,
+    *,
+    bits: int = 17,
+    link: bool = True,
+    seed: int = 1,
+    removed: float = 1.0,
 ) -> Recording:
     """`motor`, `joint_sensor` (torque of the spring), `gravity_compensated`, `friction_compensated` (by a model that is
-    20 % too large), `current` (0.1 A a N m) or `unsigned`, each with its noise."""
+    20 % too large), `current` (0.1 A a N m) or `unsigned`, each with its noise; `sensor_less_gravity` is a joint
+    sensor's. `removed`: share of gravity that the controller takes off."""
     chain = MeasurementChain.with_bits(bits, bits, torque_noise=0.0, jitter=0.0, lost=0.0)
     recording = virtual_recording(model, experiment, chain, seed=seed, link=link)
     torque = recording.motor_torque.copy()
-    if kind == "joint_sensor":
+    if kind in ("joint_sensor", "sensor_less_gravity"):
         motion = virtual_motion(model, experiment, seed=seed)
         instants = recording.start_time_s + recording.time
         deflection = np.interp(instants, motion.time, motion.motor_position - motion.link_position)
         torque = model.value("K") * deflection
-    elif kind == "gravity_compensated":
+    if kind in ("gravity_compensated", "sensor_less_gravity"):
         position = recording.motor_position
-        torque -= GRAVITY * (model.value("MX") * np.cos(position) + model.value("MY") * np.sin(position))
-    elif kind == "friction_compensated":
+        torque -= removed * GRAVITY * (model.value("MX") * np.cos(position) + model.value("MY") * np.sin(position))
+    if kind == "friction_compensated":
         speed = np.gradient(recording.motor_position, recording.time)
         torque -= 1.2 * (model.value("FVm") * speed + model.value("FSm") * np.tanh(speed / 0.01))
     elif kind == "current":
