@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from flex_ident.commands.common import add_settings, given_settings, help_end, one_line
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
-from flex_ident.recording.names import path_text
+from flex_ident.recording.names import harmless, path_text
 
 if TYPE_CHECKING:
     from flex_ident.fleet.running import Batch
@@ -73,7 +73,7 @@ def _run(given: argparse.Namespace) -> int:
         with _bar(len(recordings), shown=not given.quiet) as bar:
 
             def told(outcome: Outcome) -> None:
-                for line in unanswered_lines(outcome):
+                for line in (*unanswered_lines(outcome), *twin_lines(outcome)):
                     _say(line)
                 bar(1)
 
@@ -99,6 +99,18 @@ def unanswered_lines(outcome: Outcome) -> list[str]:
         f"{PROG} batch: {_without_repeat(shown, joint.joint, joint.message)}"
         for joint in outcome.joints if joint.verdict == "error"
     ]  # fmt: skip
+
+
+def twin_lines(outcome: Outcome) -> list[str]:
+    """That a recording is in the archive under another place."""
+    if outcome.twin is None:
+        return []
+    bag, robot = outcome.twin
+    of_robot = f" of robot {harmless(robot)}" if robot else ""
+    return [
+        f"{PROG} batch: {path_text(outcome.bag)} is the same recording as {path_text(Path(bag))}: it counts once, as "
+        f"that{of_robot}. Leave one of them out."
+    ]
 
 
 def _without_repeat(bag: str, joint: str, message: str) -> str:

@@ -63,7 +63,7 @@ class History:
 
 
 def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
-    """Each joint's histories; of a recording that was identified several times by one model the last result counts.
+    """Each joint's histories; of a recording that was identified several times in the same way the last result counts.
 
     Another method, or other settings, give other numbers of the same joint: such results have a history of their own.
 
@@ -75,13 +75,13 @@ def histories(rows: Iterable[Row], baseline: str = "") -> list[History]:
     for row in rows:
         if row["verdict"] in USABLE:
             told = _told(row)
-            model = f"{'rigid' if 'J' in told.parameters else 'flexible'}, {row['sensors']}"
+            model = f"{'rigid' if 'J' in told.parameters else 'flexible'}, {row['sensors']}, {_method(row)}"
             recording = row["robot"], row["joint"], model, row["sha256"]
             if recording not in last or last[recording][0]["finished_at"] <= row["finished_at"]:
                 last[recording] = row, told
     found: dict[tuple[str, str, str], list[Told]] = {}
-    for (robot, joint, model, _), (row, told) in last.items():
-        found.setdefault((robot, joint, f"{model}, {_method(row)}"), []).append(told)
+    for (robot, joint, model, _), (_, told) in last.items():
+        found.setdefault((robot, joint, model), []).append(told)
     tags = sorted({told.tag for own in found.values() for told in own if told.tag})
     if _DATE_LIKE.fullmatch(baseline) and _date(baseline) is None and baseline not in tags:
         raise UsageError(f"--baseline {harmless(baseline)}: there is no such day, and no such tag: give YYYY-MM-DD.")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -46,11 +47,15 @@ class JointOutcome:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is in the archive of one recording, and whether it was there before."""
+    """What is in the archive of one recording, and whether it was there before.
+
+    `twin`: another place where the same recording lies, under which it is in the archive, and that one's robot.
+    """
 
     bag: Path
     joints: tuple[JointOutcome, ...]
     there: bool = False
+    twin: tuple[str, str] | None = None
 
 
 def archived(work: Work) -> Outcome:
@@ -63,10 +68,26 @@ def archived(work: Work) -> Outcome:
     file = archive.file_of(sha256, work.settings)
     rows = archive.rows_in(file)
     if rows and not any(row["again"] for row in rows):
-        return _outcome(work, rows, there=True)
+        placed = [_placed(row, work) for row in rows]
+        if placed != rows:
+            archive.write(file, placed)
+        twin = (placed[0]["bag"], placed[0]["robot"]) if placed[0]["bag"] != str(work.bag) else None
+        return replace(_outcome(work, placed, there=True), twin=twin)
     rows = list(_rows(work, sha256))
     archive.write(file, rows)
     return _outcome(work, rows)
+
+
+def _placed(row: Row, work: Work) -> Row:
+    """A row with the place and robot of the recording as it lies now; as it is where it still lies at its old place.
+
+    A robot that the recording itself names stays, and so does one of which this pattern says nothing.
+    """
+    bag, robot = str(work.bag), row["robot"]
+    if row["bag"] != bag and Path(row["bag"]).exists():
+        return row
+    named = json.loads(row["conditions"] or "{}").get(ROBOT)
+    return {**row, "bag": bag, "robot": robot if named or not work.robot else work.robot}
 
 
 def lost(work: Work, message: str) -> Outcome:

@@ -277,6 +277,15 @@ def test_another_method_or_setting_is_no_change_of_the_joint(column: str, value:
     assert content["mixed"] == []
 
 
+def test_results_by_another_setting_do_not_take_the_place_of_those_there_are() -> None:
+    """Three days identified once more with `--effort-kind current` hid what had changed on them."""
+    rows = made_up(results=10, changed={"K": 0.8}, since=5)
+    again = [{**row, "settings": json.dumps({"effort_kind": "current"})} for n, row in enumerate(rows) if n % 10 >= 7]
+    content = fleet_health([*rows, *again])
+    assert [own["parameter"] for own in content["changes"]] == ["K"]
+    assert content["mixed"]
+
+
 def test_a_change_with_the_version_is_put_down_to_it() -> None:
     rows = made_up(results=10, changed={"K": 0.8}, since=5)
     for n, row in enumerate(rows):

@@ -1,5 +1,7 @@
 """One recording: done once, its errors in the archive, tried again where that may help."""
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +9,7 @@ import pytest
 from fleet_bags import small_bag
 
 pytest.importorskip("pyarrow", reason="needs pyarrow", exc_type=ImportError)
+from flex_ident.commands.batch import twin_lines
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
 from flex_ident.fleet import work
@@ -61,6 +64,33 @@ def test_the_run_file_names_the_robot(tmp_path: Path) -> None:
     assert (row["robot"], row["conditions"]) == ("arm 7", '{"robot": "arm 7", "temperature": 31.5}')
     (bag / "flex_ident_run.yaml").write_text("conditions: 3\n")
     assert "flex_ident_run.yaml" in archived(one(bag, tmp_path / "fleet_2")).joints[0].message
+
+
+def test_a_copy_of_a_recording_counts_once_and_is_said(tmp_path: Path) -> None:
+    first, copy = small_bag(tmp_path / "arm_1" / "day"), tmp_path / "backup" / "day"
+    shutil.copytree(first, copy)
+    archived(replace(one(first, tmp_path / "fleet"), robot="arm_1"))
+    found = archived(replace(one(copy, tmp_path / "fleet"), robot="backup"))
+    assert found.twin == (str(first), "arm_1")
+    assert [row["robot"] for row in Archive(tmp_path / "fleet").rows()] == ["arm_1"]
+    [said] = twin_lines(found)
+    assert "the same recording as" in said
+    assert "of robot arm_1" in said
+
+
+def test_a_recording_that_was_moved_is_of_its_new_place(tmp_path: Path) -> None:
+    """A robot that was renamed kept its old name in the archive without a word."""
+    first = small_bag(tmp_path / "arm_1" / "day")
+    archived(replace(one(first, tmp_path / "fleet"), robot="arm_1"))
+    moved = (tmp_path / "arm_1").rename(tmp_path / "arm_2") / "day"
+    found = archived(replace(one(moved, tmp_path / "fleet"), robot="arm_2"))
+    assert (found.there, found.twin) == (True, None)
+    [row] = Archive(tmp_path / "fleet").rows()
+    assert (row["robot"], row["bag"]) == ("arm_2", str(moved))
+    assert archived(one(moved, tmp_path / "fleet")).there  # r9: the pattern says so
+    assert Archive(tmp_path / "fleet").rows()[0]["robot"] == "r9"
+    assert archived(replace(one(moved, tmp_path / "fleet"), robot="")).there
+    assert Archive(tmp_path / "fleet").rows()[0]["robot"] == "r9"
 
 
 def test_files_are_asked_for_by_what_is_in_them(tmp_path: Path) -> None:
