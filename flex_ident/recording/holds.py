@@ -48,7 +48,8 @@ def samples_per_update(values: Floats) -> float:
     """Samples from one measurement to the next of a signal that is held in between; 1 of one that is not.
 
     Repeats are counted only between changes that are far larger than the resolution: a quantised signal that rests or
-    moves slowly repeats itself too. Of a coarse signal, the changes must come at one phase of the update.
+    moves slowly repeats itself too, and so does one that is clipped, at its ends. Of a coarse signal, the changes must
+    come at one phase of the update.
     """
     values = without_rounding(values)
     if values.size < WINDOW * FEWEST_WINDOWS or not np.ptp(values) > 0.0:
@@ -57,7 +58,8 @@ def samples_per_update(values: Floats) -> float:
     changes = np.flatnonzero(steps)
     large = steps[changes] > FAST * resolution(values)
     repeats = np.diff(changes) - 1
-    counted = large[:-1] & large[1:] & (repeats < SLOWEST)
+    held = values[changes[:-1] + 1]
+    counted = large[:-1] & large[1:] & (repeats < SLOWEST) & (held > np.min(values)) & (held < np.max(values))
     if np.count_nonzero(counted) >= FEWEST_CHANGES:
         mean = float(np.mean(repeats[counted]))
         return 1.0 + mean if mean > HELD else 1.0
@@ -132,7 +134,7 @@ def freezes(effort: Floats, position: Floats, period: float) -> list[Freeze]:
     `position` (n,) is the joint's at the same samples. Stands out: a run that lasts 0.1 s and far longer than nearly
     all others, while the joint speeds up or slows down; or at rest, when the effort has noise everywhere else. A
     quantised effort may repeat itself while a joint rests or moves steadily, and where a step of it leads into the
-    stretch and another out of it.
+    stretch and another out of it; one that is clipped rests at the same end of its range again and again.
     """
     effort = without_rounding(effort)
     starts, lengths = runs_of_equal(effort)
@@ -143,7 +145,10 @@ def freezes(effort: Floats, position: Floats, period: float) -> list[Freeze]:
     step = STEP * _smallest_step(effort)
     strayed, noisy = MOVED * float(np.ptp(position)), _has_noise(effort, starts[long], lengths[long])
     found = []
+    clipped = [x for x in (np.min(effort), np.max(effort)) if np.count_nonzero(effort[starts[lengths > 1]] == x) > 1]
     for start, length in zip(starts[long].tolist(), lengths[long].tolist(), strict=True):
+        if effort[start] in clipped:
+            continue
         ends = effort[[max(start - 1, 0), min(start + length, effort.size - 1)]]
         if start + length < effort.size and float(np.max(np.abs(ends - effort[start]))) <= step:
             continue

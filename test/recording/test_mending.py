@@ -7,6 +7,7 @@ import pytest
 
 from flex_ident.notices import Notice
 from flex_ident.recording import Floats, Signal
+from flex_ident.recording.holds import freezes, samples_per_update
 from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Role
 from flex_ident.report.sentences import sentence
@@ -338,3 +339,15 @@ def test_a_torque_in_steps_is_not_frozen(rate: float) -> None:
     found, notices = mended_signals(given)
     assert codes(notices) == []
     np.testing.assert_array_equal(of(found, "motor_torque").values, torque)
+
+
+def test_an_effort_that_is_clipped_is_neither_held_nor_frozen() -> None:
+    """A drive at its limit was said to measure at 442 of 500 Hz, and the samples at the limit were left out."""
+    time = np.arange(20000) / 1000.0
+    noise = 0.2 * np.random.default_rng(3).standard_normal(time.size)
+    asked = 40.0 * np.sin(2.0 * np.pi * (0.5 + 0.4 * time) * time) + noise
+    clipped = np.clip(asked, -25.0, 25.0)
+    assert samples_per_update(clipped) == 1.0
+    assert freezes(clipped, np.sin(time), 1e-3) == []
+    held = np.repeat(clipped[::2], 2)
+    assert samples_per_update(held) == pytest.approx(2.0, abs=0.05)
