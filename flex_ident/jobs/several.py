@@ -23,6 +23,7 @@ from flex_ident.pooling.recorded_conditions import recorded_conditions
 from flex_ident.pooling.several import Several, several
 from flex_ident.pooling.torque_scale import Load
 from flex_ident.recording import Recording
+from flex_ident.report.sentences import sentence
 from flex_ident.report.several_result import JoinedResult, several_content
 from flex_ident.report.several_writing import write_several
 
@@ -99,11 +100,8 @@ def usable(
     model = "flexible" if kept is rigid else "rigid"
     notices += [Notice(Code.RECORDING_LEFT_OUT, names[i], texts={"case": "other_model", "model": model}) for i in other]
     if len(kept) < 2:
-        why = f" {first_error}" if first_error is not None else ""
-        said = ", ".join(n.subject for n in notices)
-        raise DataError(
-            f"{len(kept)} of {len(names)} recordings can be used, two are needed (left out: {said}).{why}"
-        ) from first_error
+        said = "; ".join(sentence(n).rstrip(".") for n in notices)
+        raise DataError(f"{len(kept)} of {len(names)} recordings can be used, two are needed: {said}.") from first_error
     return kept
 
 

@@ -16,7 +16,7 @@ from flex_ident.pooling.combining import NORMAL, Pooled, pooled_all, pooled_cova
 from flex_ident.pooling.conditions import Cause, causes
 from flex_ident.pooling.disagreement import Disagreement, disagreements, distance
 from flex_ident.pooling.members import Member, MemberValues, side_by_side
-from flex_ident.pooling.thresholds import LARGEST_ESSENTIAL_ERROR, SCATTERS
+from flex_ident.pooling.thresholds import FEW_TOGETHER, LARGEST_ERROR, SCATTERS
 from flex_ident.pooling.torque_scale import Estimate, Load, TorqueScale, torque_scale
 from flex_ident.pooling.unloading import unloaded
 from flex_ident.recording.recording import Floats
@@ -122,10 +122,18 @@ def _parameters(
             continue
         k = given.keys.index(key)
         value, std = float(values[k]), float(stds[k])
-        known = key not in ESSENTIAL or std <= LARGEST_ESSENTIAL_ERROR * abs(value)
+        small = 0.0 if key in ESSENTIAL else FEW_TOGETHER * multiplied * _small(members, key)
+        known = std <= max(LARGEST_ERROR * abs(value), small)
         ci95 = (value - NORMAL * std, value + NORMAL * std)
         found.append(Parameter(key, value, std, first.unit, known, ci95))
     return tuple(found)
+
+
+def _small(members: Sequence[Member], key: str) -> float:
+    """The largest standard deviation of a key that hardly matters in a recording: it is identifiable there although it
+    is known worse than others must be; 0 where there is none."""
+    own = [p for m in members for p in m.parameters if p.key == key and p.identifiable and math.isfinite(p.std)]
+    return max((p.std for p in own if p.std > LARGEST_ERROR * abs(p.value)), default=0.0)
 
 
 def _scatter_notices(

@@ -27,9 +27,11 @@ DIFFERENT_SCALES = 0.01
 """Chance under which the scales by inertia and by gravity are said to differ."""
 SCALE_OFF_STDS = 3.0
 """Standard deviations from 1 from which the effort is said to have another scale than it was taken with."""
-LARGEST_ESSENTIAL_ERROR = 0.3
-"""Relative standard deviation of an inertia or a stiffness, scatter included, from which it is not identifiable: that
-of a single recording (`judgement.thresholds.RELATIVE_LIMIT`)."""
+LARGEST_ERROR = 0.3
+"""Relative standard deviation of a parameter, scatter included, from which it is not identifiable: that of a single
+recording (`judgement.thresholds.RELATIVE_LIMIT`)."""
+FEW_TOGETHER = 2.0
+"""By how much few recordings may widen a standard deviation that hardly matters in each of them. Set by hand."""
 LEAST_SPREAD = 0.05
 """Share of its size by which a condition that is computed from the recordings must differ between them. Set by hand."""
 DIFFER = 0.01

@@ -81,9 +81,13 @@ def joint_text(one: StoredResult, other: StoredResult) -> str:
     """Whether two results agree over all parameters that both determine, in a sentence."""
     if one.recordings & other.recordings:
         return "of the same recording, or one that both hold: how far they differ cannot be judged by chance."
-    keys, _ = _shared(one, other)
+    keys, known = _shared(one, other)
     found = joint_agreement(one, other)
     if found is None:
+        units = sorted({(known[0][k].unit, known[1][k].unit) for k in known[0] if k in known[1]})
+        if units:
+            pairs = ", ".join(f"{a} and {b}" for a, b in units[:3])
+            return f"what both determine is in different units ({pairs}): one effort is a current, or one joint slides."
         return "no parameter is determined in both."
     missing = [r for r in (one, other) if r.covariance is None]
     alone = " (errors taken as independent: there is no covariance in it)" if missing else ""

@@ -149,8 +149,13 @@ def test_a_copy_under_another_name_counts_once(bags: Path, tmp_path: Path) -> No
         (("a", "b"), ("--payload", "heavy"), 2, "expected [BAG=]MASS@X[,Y]"),
         (("a", "b"), ("--payload", "-3@0.4"), 2, "expected a mass of 0 kg or more"),
         (("a", "b"), ("--joint", "all"), 2, "one joint"),
-        (("a", "b"), ("--leave-out", "b"), 3, "1 of 2 recordings can be used"),
-        (("a", "broken"), (), 3, "1 of 2 recordings can be used"),
+        (
+            ("a", "b"),
+            ("--leave-out", "b"),
+            3,
+            "1 of 2 recordings can be used, two are needed: b was left out, as you say",
+        ),
+        (("a", "broken"), (), 3, "recordings can be used, two are needed: broken was left out, it cannot be"),
         (("a", "b"), ("--out", "/proc/nothing"), 2, "--out"),
     ],
 )

@@ -1,11 +1,14 @@
 """One number from several: what the intervals cover, whatever the scatter between recordings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn import KEYS, TRUTH, members
 
 from flex_ident.pooling.combining import between, pooled, pooled_all, pooled_covariance
 from flex_ident.pooling.members import side_by_side
+from flex_ident.pooling.several import several
 
 DRAWS = 1500
 
@@ -79,3 +82,24 @@ def test_the_covariance_is_that_of_the_means_over_many_draws() -> None:
     scale = np.sqrt(np.diag(stated))
     assert stated[k, fs] / scale[k] / scale[fs] > 0.3  # both follow one thing: half of that is believed of ten
     assert np.min(np.linalg.eigvalsh(np.mean(matrices, axis=0) / np.outer(scale, scale))) > 0.0
+
+
+def test_what_scatters_by_more_than_its_size_is_not_identifiable() -> None:
+    """MY of two recordings with opposite signs was `identifiable` at 0.1 ± 31."""
+    apart = np.zeros((2, len(KEYS)))
+    apart[1, KEYS.index("MY")] = -2.0
+    apart[1, KEYS.index("K")] = 0.01
+    found = {p.key: p for p in several(members(np.random.default_rng(8), 2, scatter=apart)).parameters}
+    assert not found["MY"].identifiable
+    assert found["K"].identifiable
+
+
+def test_what_hardly_matters_in_each_recording_may_be_known_badly() -> None:
+    drawn = members(np.random.default_rng(9), 3)
+    few = [
+        replace(m, parameters=tuple(replace(p, value=0.1 * p.std) if p.key == "MX" else p for p in m.parameters))
+        for m in drawn
+    ]
+    found = {p.key: p for p in several(few).parameters}
+    assert found["MX"].std > 0.3 * abs(found["MX"].value)
+    assert found["MX"].identifiable
