@@ -261,12 +261,15 @@ def base_start(
 def sensor_start(problem: FitProblem, keys: tuple[str, ...], first_mode_hz: float | None) -> Values | None:
     """Where the fit of a joint sensor's torque starts, if that explains nearly all of it; else None.
 
-    After a rough fit: a resonance that the start misses by some per cent leaves a third of the torque.
+    After a rough fit: a resonance that the start misses by some per cent leaves a third of the torque. A spring whose
+    mode the motion does not reach explains friction alone, which any torque may hold.
     """
     try:
         start = started_values(problem, keys, first_mode_hz=first_mode_hz)
         start = rough_values(problem, keys, start, base_priors(problem, keys, JOINT_SENSOR)).only(keys)
     except ExcitationError:
+        return None
+    if not start["K"] < start["JL"] * (2.0 * math.pi * problem.band_hz) ** 2:
         return None
     residual, torque = problem.residuals(start)[0][problem.usable], problem.torque[problem.usable]
     left = float(residual @ residual) / max(float(torque @ torque), 1e-300)

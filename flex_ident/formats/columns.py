@@ -38,6 +38,7 @@ UNITS = {
     "deg": pi / 180.0, "degree": pi / 180.0, "degrees": pi / 180.0, "°": pi / 180.0, "deg/s": pi / 180.0,
     "°/s": pi / 180.0, "rpm": pi / 30.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "mm": 1e-3, "mnm": 1e-3,
     "knm": 1e3, "ncm": 1e-2, "rev": 2.0 * pi, "revs": 2.0 * pi, "turn": 2.0 * pi, "turns": 2.0 * pi,
+    "mrad": 1e-3, "mrad/s": 1e-3, "urad": 1e-6, "µrad": 1e-6, "cm": 1e-2,
     "rev/s": 2.0 * pi, "turns/s": 2.0 * pi,
 }  # fmt: skip
 """SI units per unit, of units that are not SI and may stand in brackets behind a name."""
@@ -50,6 +51,8 @@ _COMMANDED = ("des", "desired", "d", "cmd", "command", "ref", "reference", "targ
 """Words that say that a column holds what was asked for, and not what was measured."""
 
 
+_CURRENTS = (("i", "q"), ("i", "d"), ("iq", "m"))
+"""Beginnings of the names of currents, which are no joint's position `q`."""
 _MEASURED = ("meas", "measured", "actual", "act", "raw")
 """Words that say that a column holds what was measured, and are no part of a joint's name."""
 
@@ -192,6 +195,8 @@ def _parsed(name: str) -> dict[str, tuple[str, int]]:
 def _spoken(bare: str) -> dict[str, tuple[str, int]]:
     tokens = [(match.group().lower(), match.span()) for match in _TOKEN.finditer(bare)]
     words = tuple(word for word, _ in tokens)
+    if words[:2] in _CURRENTS:
+        return {}
     best: tuple[int, bool, int, str, list[tuple[str, tuple[int, int]]]] | None = None
     for role, spoken in _SPOKEN.items():
         for rank, own in enumerate(spoken):

@@ -43,6 +43,7 @@ class CsvFile:
         if len(names) > MOST_COLUMNS:
             raise SignalError(f"{self.source}: has {len(names)} columns: {MOST_COLUMNS} are read at most.")
         self._at: dict[str, int] = {}
+        self._twice = {name for name in names if name and names.count(name) > 1}
         for i, name in enumerate(names):
             self._at.setdefault(name or f"column_{i + 1}", i)
 
@@ -82,7 +83,9 @@ class CsvFile:
         return self._at
 
     def read(self, names: Collection[str]) -> dict[str, Floats]:
-        """The columns (n,) of these names."""
+        """The columns (n,) of these names. Raises SignalError where two columns have one of them."""
+        if twice := sorted(self._twice & set(names)):
+            raise SignalError(f"{self.source}: two columns are called '{twice[0]}': rename one of them.")
         wanted = [self._at[name] for name in names]
         made: list[Floats] = []
         with self._lines() as lines:

@@ -123,7 +123,7 @@ def _parameters(
         k = given.keys.index(key)
         value, std = float(values[k]), float(stds[k])
         small = 0.0 if key in ESSENTIAL else FEW_TOGETHER * multiplied * _small(members, key)
-        known = std <= max(LARGEST_ERROR * abs(value), small)
+        known = bool(std <= max(LARGEST_ERROR * abs(value), small))
         ci95 = (value - NORMAL * std, value + NORMAL * std)
         found.append(Parameter(key, value, std, first.unit, known, ci95))
     return tuple(found)

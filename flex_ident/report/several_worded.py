@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from flex_ident.notices import Code, Notice
 from flex_ident.report.worded import Template
 
-QUARTER_DEG, NEAR_DEG = 90.0, 10.0
-"""A turn by which X and Y are exchanged, and how near to it that is asked."""
+QUARTER_DEG, HALF_DEG, NEAR_DEG = 90.0, 180.0, 10.0
+"""Turns by which X and Y are exchanged, and the mass pulls the other way, and how near to them that is asked."""
 
 
 def few_recordings(n: Notice) -> str:
@@ -49,6 +49,8 @@ def turned(n: Notice) -> str:
         text += f"; its gravity acts as if X and Y were turned by {angle:.3g} degrees from the frame of MX and MY"
         if abs(abs(angle) - QUARTER_DEG) < NEAR_DEG:
             text += " (a quarter: are X and Y of --payload exchanged, or one with the wrong sign?)"
+        elif abs(abs(angle) - HALF_DEG) < NEAR_DEG:
+            text += " (a half: was the mass in the other recordings, or on the other side of the axis?)"
     return text + "."
 
 

@@ -7,9 +7,13 @@ import pytest
 from kinds_of_effort import kind_recording
 
 from flex_ident.errors import SignalError
+from flex_ident.estimation import identification
+from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.parameters import Identification, JointModel
+from flex_ident.parameters import FLEXIBLE_KEYS, Identification, JointModel
+from flex_ident.parameters.effort_kinds import MOTOR_KEYS
+from flex_ident.parameters.values import Values
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment
 
 pytestmark = pytest.mark.slow
@@ -41,6 +45,22 @@ def test_a_joint_sensor_is_recognised_and_what_it_sees_is_trusted(sensors: str) 
     for key in ("K", "JL"):
         assert result.parameter(key).identifiable
         assert result.parameter(key).value == pytest.approx(HEAVY.value(key), rel=2e-3)
+
+
+def test_a_joint_sensor_is_recognised_where_the_start_misses_its_resonance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An adversary's wrist was told that its effort seems reversed, and that it may be rigid."""
+    recording = kind_recording(HEAVY, "joint_sensor", EXPERIMENT, link=False)
+    problem = fit_problem(recording, sensors="motor")
+    keys = tuple(key for key in FLEXIBLE_KEYS if key not in MOTOR_KEYS)
+    near = Values({key: HEAVY.value(key) for key in keys if key != "offset"} | {"offset": 0.0})
+    missed = near | {"K": 1.04 * near["K"], "FS": 0.0, "FV": 2.0 * near["FV"]}
+    monkeypatch.setattr(identification, "started_values", lambda *_args, **_more: missed)
+    found = identification.sensor_start(problem, keys, None)
+    assert found is not None
+    assert found["K"] == pytest.approx(near["K"], rel=2e-3)
+    far = missed | {"K": 100.0 * near["K"]}  # a mode that the motion does not reach
+    monkeypatch.setattr(identification, "started_values", lambda *_args, **_more: far)
+    assert identification.sensor_start(problem, keys, None) is None
 
 
 def test_a_joint_sensor_that_is_given_says_so_and_is_not_sought() -> None:

@@ -52,6 +52,7 @@ def joints(choice: Choice) -> Joints:
         ("time [s]|a1 torque cmd [Nm]|a1 position [rad]|a1 torque [Nm]|a1 q-axis [A]",
          {"a1": {"position": "a1 position [rad]", "effort": "a1 torque [Nm]"}}),
         ("t|tool_acc|q|tau|pressure", {"joint": {"position": "q", "effort": "tau"}}),
+        ("t|theta_m|i_q|tau_meas", {"joint": {"position": "theta_m", "effort": "tau_meas"}}),
     ],
 )  # fmt: skip
 def test_names_tell(names: str, expected: Joints) -> None:
@@ -94,7 +95,7 @@ def test_what_is_missing_is_asked_for_in_one_line(
 @pytest.mark.parametrize(
     ("name", "scale"),
     [("q [deg]", pi / 180), ("q (°)", pi / 180), ("t [ms]", 1e-3), ("tau [N m]", 1.0), ("tau (mN·m)", 1e-3), ("q", 1.0),
-     ("speed [rpm]", pi / 30), ("t[3]", 1.0)],
+     ("speed [rpm]", pi / 30), ("t[3]", 1.0), ("position [mrad]", 1e-3)],
 )  # fmt: skip
 def test_units_in_brackets(name: str, scale: float) -> None:
     assert unit_scale(name) == pytest.approx(scale)

@@ -83,3 +83,11 @@ def test_comments_before_the_names(tmp_path: Path, names: str) -> None:
 def test_one_column_without_a_name(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "a.txt", TIME)
     np.testing.assert_allclose(CsvFile(tmp_path / "a.txt").read(["column_1"])["column_1"], TIME)
+
+
+def test_two_columns_of_one_name_are_refused_where_they_are_needed(tmp_path: Path) -> None:
+    file = written(tmp_path / "a.csv", "t,q,q")
+    table = CsvFile(file)
+    np.testing.assert_allclose(table.read(["t"])["t"], TIME, atol=1e-9)
+    with pytest.raises(SignalError, match="two columns are called 'q'"):
+        table.read(["t", "q"])

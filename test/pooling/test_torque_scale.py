@@ -1,9 +1,10 @@
 """The effort's scale by a known mass: found, covered, and refused where the mass says nothing."""
 
-from dataclasses import replace
+from dataclasses import math
 
 import numpy as np
 import pytest
+import replace
 from drawn import KEYS, members
 
 from flex_ident.errors import UsageError
@@ -166,3 +167,10 @@ def test_x_and_y_exchanged_are_asked_for() -> None:
     for angle, asked in ((-88.0, True), (30.0, False), (2.0, False)):
         text = sentence(Notice(Code.TORQUE_SCALE, "motor_torque", {**numbers, "angle_deg": angle}))
         assert ("exchanged" in text) is asked
+
+
+def test_a_label_on_the_wrong_recording_is_asked_for() -> None:
+    """The mass was in the other of two bags: its gravity acted as if turned by 180 degrees, and that was all that was
+    said."""
+    numbers = {"scale": 1.0, "two_std": 0.01, "inertia": math.nan, "weight": 1.0, "least_deg": 5.0, "angle_deg": -179.0}
+    assert "in the other recordings" in sentence(Notice(Code.TORQUE_SCALE, "motor_torque", numbers))
