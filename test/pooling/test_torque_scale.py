@@ -1,10 +1,10 @@
 """The effort's scale by a known mass: found, covered, and refused where the mass says nothing."""
 
-from dataclasses import math
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-import replace
 from drawn import KEYS, members
 
 from flex_ident.errors import UsageError
