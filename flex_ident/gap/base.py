@@ -74,7 +74,7 @@ def _whole(problem: FitProblem, options: GapOptions) -> KindFit:
 
 
 def _given(key: str) -> bool:
-    """Whether it is never fitted and yet part of the model."""
+    """Whether it is part of the model and no key of the joint: where a curve's points lie, gravity taken off."""
     return key == GRAVITY_REMOVED or is_fixed(key)
 
 

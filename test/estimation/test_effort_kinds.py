@@ -11,6 +11,8 @@ from flex_ident.estimation import identification
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
+from flex_ident.gap import GapOptions
+from flex_ident.gap.base import fitted_base, search_start
 from flex_ident.parameters import FLEXIBLE_KEYS, Identification, JointModel
 from flex_ident.parameters.effort_kinds import MOTOR_KEYS
 from flex_ident.parameters.values import Values
@@ -150,6 +152,15 @@ def test_which_way_gravity_pulls_is_open_where_the_mode_alone_shows_it(weight: f
     result = identify(recording, IdentifyOptions(sensors="motor", effort_kind="gravity_compensated"))
     for p in result.parameters:
         assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
+
+
+def test_a_search_knows_of_the_gravity_taken_off_what_the_base_does() -> None:
+    recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=False)
+    options = GapOptions(sensors="motor", effort_kind="gravity_compensated")
+    base = fitted_base(fit_problem(recording, sensors="motor"), options).kinds
+    solver, fit = search_start(base.solver.problem, base.solver, base.fit)
+    assert "gravity_removed" in fit.free
+    assert solver.priors["gravity_removed"] == base.solver.priors["gravity_removed"]
 
 
 def test_an_effort_without_its_sign_is_refused() -> None:
