@@ -7,7 +7,8 @@ import numpy as np
 from flex_ident.effects import key_named
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.gravity_kind import gravity_compensated
-from flex_ident.estimation.hidden_gravity import with_hidden_gravity, with_other_pull
+from flex_ident.estimation.gravity_profile import with_gravity_walked
+from flex_ident.estimation.hidden_gravity import with_hidden_gravity
 from flex_ident.estimation.kind_fit import ROUNDS, KindFit, refitted
 from flex_ident.estimation.kind_gain import gain_of
 from flex_ident.estimation.kind_priors import friction_keys, friction_priors
@@ -40,7 +41,7 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
         return with_hidden_gravity(sensed) if kind == "auto" and not _holds_gravity(problem) else sensed
     if kind == GRAVITY_COMPENSATED:
         said = Notice(Code.EFFORT_GRAVITY_COMPENSATED, "motor_torque", {}, {"case": "given"})
-        return with_other_pull(problem, KindFit(GRAVITY_COMPENSATED, solver, fit, (said,)))
+        return with_gravity_walked(problem, KindFit(GRAVITY_COMPENSATED, solver, fit, (said,)))
     if kind == FRICTION_COMPENSATED:
         texts = {"case": "given", "absent": " and ".join(friction_keys(rigid=problem.rigid))}
         return KindFit(FRICTION_COMPENSATED, solver, fit, (Notice(Code.EFFORT_FRICTION_COMPENSATED, texts=texts),))

@@ -48,7 +48,7 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
         except ExcitationError:
             continue
         gain = gain_of(problem, own, fit, found)
-        likelier = _unlikely(fit.values, usual) - _unlikely(found.values, usual)
+        likelier = unlikely(fit.values, usual) - unlikely(found.values, usual)
         tried.append((replace(gain, size=gain.size + likelier), own, found))
     tried.sort(key=lambda one: -one[0].size)
     if not tried or tried[0][0].size < -CLEARLY:
@@ -60,7 +60,7 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
         except ExcitationError:
             again = own, found
         better = gain_of(problem, own, fit, again[1])
-        likelier = _unlikely(fit.values, usual) - _unlikely(again[1].values, usual)
+        likelier = unlikely(fit.values, usual) - unlikely(again[1].values, usual)
         if better.size + likelier > gain.size:
             gain, own, found = replace(better, size=better.size + likelier), *again
             tried[0] = (gain, own, found)
@@ -87,7 +87,7 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
     return replace(motor, rival=moved, open=known.covariance[np.ix_(both, both)])
 
 
-def _unlikely(values: Values, usual: float) -> float:
+def unlikely(values: Values, usual: float) -> float:
     """Twice the negative log-likelihood, before any data, of first moments of which `usual`, kg m, is one deviation."""
     return sum((values.get(k, 0.0) / usual) ** 2 for k in GRAVITY_KEYS)
 
@@ -113,7 +113,7 @@ def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit, usual: flo
             many.append(values | own | {GRAVITY_REMOVED: 1.0})
     rests = solver.whitened_residuals(many, fit.whitenings)
     costs = [
-        float(r @ r) + _unlikely(v, usual) if np.isfinite(r).all() else math.inf
+        float(r @ r) + unlikely(v, usual) if np.isfinite(r).all() else math.inf
         for r, v in zip(rests, many, strict=True)
     ]
     order = sorted(range(len(many)), key=lambda i: costs[i])

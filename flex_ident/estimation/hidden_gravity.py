@@ -1,5 +1,4 @@
-"""Gravity that a controller adds beside what is left of it in the effort, and the two pulls that an effort without
-gravity leaves open."""
+"""Gravity that a controller adds beside what is left of it in the effort."""
 
 from __future__ import annotations
 
@@ -8,17 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from flex_ident.errors import ExcitationError
-from flex_ident.estimation.kind_fit import KindFit, gravity_slope, refitted
-from flex_ident.estimation.kind_gain import gain_of, removed_gravity
+from flex_ident.estimation.kind_fit import KindFit
+from flex_ident.estimation.kind_gain import removed_gravity
 from flex_ident.estimation.kind_priors import largest_moment
-from flex_ident.estimation.thresholds import CLEARLY, LEFT_OVER
+from flex_ident.estimation.thresholds import LEFT_OVER
 from flex_ident.likelihood.comparison import correlation_factor
-from flex_ident.likelihood.problem import FitProblem
-from flex_ident.parameters import GRAVITY_KEYS, UNITS
-from flex_ident.parameters.values import Values
+from flex_ident.parameters import GRAVITY_KEYS
 from flex_ident.recording import Floats
-from flex_ident.simulation.terms import GRAVITY
 
 
 def with_hidden_gravity(found: KindFit) -> KindFit:
@@ -80,32 +75,3 @@ def _solved(information: Floats, target: Floats) -> tuple[Floats, Floats]:
     scale[scale == 0.0] = 1.0
     inverse = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-13, hermitian=True) / np.outer(scale, scale)
     return inverse @ target, inverse
-
-
-def with_other_pull(problem: FitProblem, found: KindFit) -> KindFit:
-    """The likelier of the two fits of an effort less gravity, with the other in its uncertainty where it is as likely.
-
-    Such an effort shows gravity by its stiffness alone, to second order: a link that hangs and one that stands, with a
-    spring that is stiffer by twice gravity's, move alike.
-    """
-    fit, position = found.fit, float(np.mean(problem.motion.position))
-    if not all(key in fit.free for key in ("K", "JL", *GRAVITY_KEYS)):
-        return found
-    slope = GRAVITY * gravity_slope(fit.values, position)
-    stiffness, inertia = fit.values["K"], fit.values["JL"]
-    if not (stiffness - 3.0 * slope > 0.0 and stiffness + slope > 0.0):
-        return found
-    other = {key: -fit.values[key] for key in GRAVITY_KEYS}
-    other |= {"K": stiffness - 2.0 * slope, "JL": inertia * (stiffness - 3.0 * slope) / (stiffness + slope)}
-    keys = [k for k in fit.free if k in UNITS and k not in found.solver.priors]
-    try:
-        own, there = refitted(problem, found.solver, keys, fit.values | Values(other))
-    except ExcitationError:
-        return found
-    gain = gain_of(problem, own, fit, there).size
-    if gain > 0.0:
-        found, fit, there = replace(found, solver=own, fit=there), there, fit
-    if abs(gain) > CLEARLY or fit.free != there.free:
-        return found
-    rival = there.values.vector(fit.free) - fit.values.vector(fit.free)
-    return replace(found, rival=rival, open=np.zeros((rival.size, rival.size)))

@@ -79,17 +79,18 @@ REVERSAL_ERROR = 0.0005
 FVm and Jm. With 0.003, 0.002 and then 0.0014 errors of FVm were 0.6 to 0.7 of their standard deviations in 204 trusted
 results of `bench/coverage.py` (seed 161), 86 (seeds 211 and 231) and 75 (seed 461); of 24 of the last they would be
 0.85 with this."""
-DRY_REVERSAL_ERROR = 0.0015
-"""The same of the dry friction itself: with 0.0025 errors of FSm were 0.6 of their standard deviations in the 86, and
-would be 0.8 with this."""
+DRY_REVERSAL_ERROR = 0.0009
+"""The same of the dry friction itself: with 0.0025 errors of FSm were 0.6 of their standard deviations in the 86, with
+0.0015 they were 0.7 in 42 of seed 481, and would be 0.8 with this."""
 CANCELLED = 0.1
 """Of a low-pass's time, within which a delay of the other sign cancels it: a lag of the torque without any lateness is
 none. In four of five recordings of `flex_ident demo`, where there is neither, 0.2 to 0.34 ms of each were found, up to
 2.8 times the slope's standard deviation."""
-LINK_REVERSAL_ERROR, LINK_REVERSAL_SEEN = 0.0015, 0.001
-"""The same of the link, whose dry friction turns over at once in the simulation, and where an encoder on it shows when:
-FV and FS of 35 clean recordings of seed 3 were up to 5 standard deviations off where their intervals were narrower than
-the first; errors of FS were 0.9 of them in the 43 by the motor alone, and 0.5 in the 43 with both encoders."""
+LINK_REVERSAL_ERROR, LINK_REVERSAL_SEEN = 0.001, 0.0004
+"""The same of the link, and where an encoder on it shows when. What a turning over with speed would do is beside it
+(`TURNOVER_SPEEDS`). With 0.0015 and 0.001 errors of FS were 0.7 of their standard deviations in 22 results of the motor
+alone and in 20 with both encoders (seed 481), those of FV 0.65 and 0.57; with these they would be 0.76, 0.88, 0.69 and
+0.71."""
 TURNOVER_SPEEDS = (0.003, 0.01, 0.03, 0.1)
 """Speeds at which the link's dry friction may turn over, over the link's rms speed. FV or FS of six trusted results of
 seeds 251 and 461 were 3 to 6 standard deviations off without, all of joints whose friction is a tanh of speed: five are
@@ -98,11 +99,12 @@ LINK_CALIBRATION = 1e-5
 """Scale error of a link encoder, one standard deviation, below which no fit knows it: good encoders are accurate to 10
 seconds of arc, 5e-5 rad. MY of a leg in wide motion took up 1.5e-5 of it, and was 9 standard deviations off where the
 fit claimed to know 1e-6 (`bench/coverage.py`, seed 161, recording 73)."""
-AVERAGING_KNOWN = 0.02
-"""The same of how the torque is averaged within a sample, in squared samples (a mean or a hold makes 1/24). Estimates
-for an effort that is that of an instant spread by 0.02 to 0.05 about nothing at 125 to 500 Hz (`bench/coverage.py`,
-seeds 241 and 251); one of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off. As much of it in
-all keys, by their covariance with it, made K of a cobot at 500 Hz six times as uncertain as its error is."""
+AVERAGING_KNOWN = 0.01
+"""The same of how the torque is averaged within a sample, in squared samples (a mean or a hold makes 1/24): beside what
+the fit itself knows of it. One estimate of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off,
+which set 0.02; that was half of the variance of Jm, K and JL in 42 clean results (`bench/coverage.py`, seed 481), whose
+errors were 0.73, 0.63 and 0.65 of their standard deviations, and would be 0.89, 0.68 and 0.72 with this. As much of it
+in all keys, by their covariance with it, made K of a cobot at 500 Hz six times as uncertain as its error is."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 SENSOR_LEFT = 0.1

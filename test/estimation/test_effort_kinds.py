@@ -154,6 +154,19 @@ def test_which_way_gravity_pulls_is_open_where_the_mode_alone_shows_it(weight: f
         assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
 
 
+@pytest.mark.parametrize("weight", [-1.0, pytest.param(-4.0, marks=pytest.mark.campaign)])
+def test_the_valley_along_which_gravity_is_open_is_walked(weight: float) -> None:
+    """Where its bottom is flat the slope there told nothing: K to 5 %, or K, JL and MY 6 to 12 standard deviations
+    off in an adversary's joint."""
+    model = JointModel({**COBOT_JOINT.parameters, "MX": 0.0, "MY": weight}, joint="light")
+    recording = kind_recording(model, "gravity_compensated", EXPERIMENT, link=False)
+    result = identify(recording, IdentifyOptions(sensors="motor", effort_kind="gravity_compensated"))
+    assert result.verdict == "trusted"
+    assert result.parameter("K").relative_std_percent < 1.0
+    for p in result.parameters:
+        assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
+
+
 def test_a_search_knows_of_the_gravity_taken_off_what_the_base_does() -> None:
     recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=False)
     options = GapOptions(sensors="motor", effort_kind="gravity_compensated")
