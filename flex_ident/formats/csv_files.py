@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from datetime import UTC, datetime, time
 from pathlib import Path
 
 import numpy as np
@@ -129,11 +130,27 @@ def _lines(file: io.BufferedReader, shown: str) -> Iterator[bytes]:
 
 
 def _number(cell: str, *, comma: bool) -> float:
-    """The number in a cell; a comma within is the decimal point where it does not separate."""
+    """The number in a cell, NaN where it holds none; a comma within is the decimal point where it does not separate.
+
+    Of a date or a time of day by ISO 8601: seconds since 1970, or since midnight.
+    """
+    text = cell.replace(",", ".") if comma else cell
     try:
-        return float(cell.replace(",", ".") if comma else cell)
+        return float(text)
     except ValueError:
-        return math.nan
+        return _seconds(text.strip()) if ":" in text else math.nan
+
+
+def _seconds(text: str) -> float:
+    """Seconds of a date and time since 1970, UTC where it names no zone, or of a time of day; NaN for another text."""
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        try:
+            moment = datetime.combine(datetime(1970, 1, 1), time.fromisoformat(text))
+        except ValueError:
+            return math.nan
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def _is_number(text: str) -> bool:

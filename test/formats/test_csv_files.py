@@ -91,3 +91,19 @@ def test_two_columns_of_one_name_are_refused_where_they_are_needed(tmp_path: Pat
     np.testing.assert_allclose(table.read(["t"])["t"], TIME, atol=1e-9)
     with pytest.raises(SignalError, match="two columns are called 'q'"):
         table.read(["t", "q"])
+
+
+@pytest.mark.parametrize("head", ["stamp,q\n", ""])
+@pytest.mark.parametrize(
+    ("first", "zone", "seconds"),
+    [
+        ("2026-11-28T23:59:59.", "Z", 1795910399.0), ("2026-11-28 23:59:59.", "", 1795910399.0),
+        ("2026-11-28T23:59:59.", "+02:00", 1795903199.0), ("10:00:00.", "", 36000.0),
+    ],
+)  # fmt: skip
+def test_dates_and_times_of_day_are_seconds(tmp_path: Path, head: str, first: str, zone: str, seconds: float) -> None:
+    rows = "".join(f"{first}{i:06d}{zone},{0.1 * i}\n" for i in range(0, 50000, 4000))
+    (tmp_path / "a.csv").write_text(head + rows)
+    table = CsvFile(tmp_path / "a.csv")
+    time = next(iter(table.columns))
+    np.testing.assert_allclose(table.read([time])[time] - seconds, np.arange(0, 0.05, 0.004), atol=1e-6)
