@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -31,6 +31,10 @@ from flex_ident.report.sentences import sentence
 __all__ = ["JointMotion", "Progress", "joint_motions", "read_recording"]
 
 Progress = Callable[[float], None]
+NO_SIGNALS = ("rosout", "rosout_agg", "parameter_events", "tf", "tf_static", "robot_description", "clock", "events")
+"""Last parts of the names of topics that hold no signal of a joint."""
+MOST_NAMED = 8
+"""Topics that a message names at most."""
 
 
 def read_recording(
@@ -53,7 +57,7 @@ def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) 
     with ThreadPoolExecutor(1) as pool:
         digest = pool.submit(bag.sha256)
         joint, signals, notices, origin, others, held = _signals(bag, selection, progress)
-    _check_signals(signals, joint, named=selection.effort is not None)
+    _check_signals(signals, joint, named=selection.effort, others=numeric_topics(bag))
     return aligned_recording(
         signals, joint=joint, notices=notices, path=bag.name, sha256=digest.result(), start_time_s=origin,
         others=others, poses=held,
@@ -78,6 +82,10 @@ def _signals(
     if selection.link_position and chosen.motor in chosen.links:
         raise _no_second_encoder(chosen.motor.source)
     raw = _by_role(chosen, found, selection)
+    efforts = raw["motor_torque"].values
+    if measurable(raw["motor_position"].values).any() and not measurable(efforts).any():
+        what = f"none of {efforts.size} values that is a finite number" if efforts.size else "no messages"
+        refuse_without_effort(chosen.torque.source, f"holds {what}", numeric_topics(bag), selection.effort)
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     raw, overlaid = without_laid_over(raw)
     raw, emptied = without_empty_messages(raw)
@@ -159,16 +167,35 @@ def _no_second_encoder(source: str) -> SignalError:
     )
 
 
-def _check_signals(signals: list[Signal], joint: str, *, named: bool) -> None:
+def _check_signals(signals: list[Signal], joint: str, *, named: str | None, others: Sequence[str]) -> None:
     """Raises ExcitationError without motion, SignalError without effort; `named` by the user: another is to be."""
     by_role = {s.role: s for s in signals}
     motor, torque = by_role["motor_position"], by_role["motor_torque"]
     refuse_held(joint, motor.values)
     if float(np.ptp(torque.values)) == 0.0:
         what = "zero throughout" if not torque.values.any() else f"constant at {torque.values[0]:.4g}"
-        how = (
-            "it is what --effort names: name another signal, or record again while the drive reports its effort."
-            if named
-            else "name the effort's signal with --effort."
-        )
-        raise SignalError(f"{torque.source} is {what}: {how}")
+        refuse_without_effort(torque.source, f"is {what}", others, named)
+
+
+def refuse_without_effort(source: str, what: str, others: Sequence[str], named: str | None) -> None:
+    """Raises SignalError: what is wrong with the effort, and which topics may hold it instead."""
+    own = source.partition(":")[0]
+    there = [topic for topic in others if topic != own]
+    among = f", of {listed_names(there)}" if there else ""
+    how = (
+        f"it is what --effort names: name another signal{among}, or record again while the drive reports its effort."
+        if named is not None
+        else f"name the effort's signal with --effort{among}."
+    )
+    raise SignalError(f"{source} {what}: {how}")
+
+
+def numeric_topics(bag: Bag) -> list[str]:
+    """Topics that may hold a signal, by name: all but those that every ROS system has for other things."""
+    return sorted(t.name for t in bag.topics() if t.name.rpartition("/")[2] not in NO_SIGNALS)
+
+
+def listed_names(names: Sequence[str]) -> str:
+    """The first few names, and how many more there are."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more

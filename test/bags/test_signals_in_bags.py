@@ -441,6 +441,19 @@ REFUSALS = {
         SignalError,
         "none of 300 values that is a finite number",
     ),
+    "effort elsewhere": (
+        lambda f: bag_of(
+            f,
+            [
+                *(states(i, ["a"], [Q[i]], []) for i in range(300)),
+                *(states(i, ["a"], [Q[i]], [U[i]])._replace(topic="/torque_sensor") for i in range(300)),
+                *(states(i, ["a"], [0.0], [0.0])._replace(topic="/tf") for i in range(3)),
+            ],
+        ),
+        {"joint": "a", "motor_position": "/joint_states:a"},
+        SignalError,
+        "finite number: name the effort's signal with --effort, of /torque_sensor.$",
+    ),
     "NaN effort": (
         lambda f: bag_of(f, [states(i, ["a"], [Q[i]], [float("nan")]) for i in range(300)]),
         {},
