@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from coverage_tables import print_tables  # noqa: E402
+from lines import lines_in  # noqa: E402
 from plants import Case, CaseError, case_of, made  # noqa: E402
 from recordings import recording_of  # noqa: E402
 
@@ -102,17 +103,6 @@ def explanation(recorded: Any, sensors: str, effort: str) -> Line:
 
     found = explain(recording_of(recorded, sensors), GapOptions(sensors=sensors, effort_kind=effort))
     return {"verdict": str(found.verdict), "findings": [[f.effect, str(f.verdict)] for f in found.findings]}
-
-
-def lines_in(path: Path) -> list[Line]:
-    """The lines of a file; a last line that was cut off is left out."""
-    lines: list[Line] = []
-    for text in path.read_text().splitlines() if path.exists() else []:
-        try:
-            lines.append(json.loads(text))
-        except json.JSONDecodeError:
-            continue
-    return lines
 
 
 def tasks_of(given: argparse.Namespace) -> list[Task]:
