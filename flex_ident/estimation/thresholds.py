@@ -79,9 +79,9 @@ REVERSAL_ERROR = 0.0005
 FVm and Jm. With 0.003, 0.002 and then 0.0014 errors of FVm were 0.6 to 0.7 of their standard deviations in 204 trusted
 results of `bench/coverage.py` (seed 161), 86 (seeds 211 and 231) and 75 (seed 461); of 24 of the last they would be
 0.85 with this."""
-DRY_REVERSAL_ERROR = 0.0009
+DRY_REVERSAL_ERROR = 0.0013
 """The same of the dry friction itself: with 0.0025 errors of FSm were 0.6 of their standard deviations in the 86, with
-0.0015 they were 0.7 in 42 of seed 481, and would be 0.8 with this."""
+0.0015 they were 0.7 in 42 of seed 481, but 1.26 with 0.0009 in 30 of seed 491."""
 CANCELLED = 0.1
 """Of a low-pass's time, within which a delay of the other sign cancels it: a lag of the torque without any lateness is
 none. In four of five recordings of `flex_ident demo`, where there is neither, 0.2 to 0.34 ms of each were found, up to
@@ -99,12 +99,12 @@ LINK_CALIBRATION = 1e-5
 """Scale error of a link encoder, one standard deviation, below which no fit knows it: good encoders are accurate to 10
 seconds of arc, 5e-5 rad. MY of a leg in wide motion took up 1.5e-5 of it, and was 9 standard deviations off where the
 fit claimed to know 1e-6 (`bench/coverage.py`, seed 161, recording 73)."""
-AVERAGING_KNOWN = 0.01
+AVERAGING_KNOWN = 0.006
 """The same of how the torque is averaged within a sample, in squared samples (a mean or a hold makes 1/24): beside what
 the fit itself knows of it. One estimate of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off,
 which set 0.02; that was half of the variance of Jm, K and JL in 42 clean results (`bench/coverage.py`, seed 481), whose
-errors were 0.73, 0.63 and 0.65 of their standard deviations, and would be 0.89, 0.68 and 0.72 with this. As much of it
-in all keys, by their covariance with it, made K of a cobot at 500 Hz six times as uncertain as its error is."""
+errors were 0.73, 0.63 and 0.65 of their standard deviations, and would be 0.95, 0.70 and 0.75 with this; with 0.01 they
+were 0.69, 0.47 and 0.45 in 30 of seed 491. As much of it in all keys, by their covariance with it, made K of a cobot at 500 Hz six times as uncertain as its error is."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 SENSOR_LEFT = 0.1
