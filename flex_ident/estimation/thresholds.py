@@ -104,7 +104,8 @@ AVERAGING_KNOWN = 0.006
 the fit itself knows of it. One estimate of -0.037 ± 0.011 had put Jm of an adversary's arm 4.5 standard deviations off,
 which set 0.02; that was half of the variance of Jm, K and JL in 42 clean results (`bench/coverage.py`, seed 481), whose
 errors were 0.73, 0.63 and 0.65 of their standard deviations, and would be 0.95, 0.70 and 0.75 with this; with 0.01 they
-were 0.69, 0.47 and 0.45 in 30 of seed 491. As much of it in all keys, by their covariance with it, made K of a cobot at 500 Hz six times as uncertain as its error is."""
+were 0.69, 0.47 and 0.45 in 30 of seed 491. As much of it in all keys, by their covariance with it, made K of a cobot at
+500 Hz six times as uncertain as its error is."""
 FOLDING = 5.0
 """Set from 18 recordings of three joints commanded at 60 to 200 Hz: K is within two standard deviations with it."""
 SENSOR_LEFT = 0.1
