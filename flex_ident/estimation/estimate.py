@@ -27,7 +27,7 @@ from flex_ident.estimation.thresholds import (
     SURE_OF_MODE,
     WIDE_HZ,
 )
-from flex_ident.estimation.unseen_effects import unseen_stds
+from flex_ident.estimation.unseen_effects import unseen_covariance, unseen_stds
 from flex_ident.estimation.unseen_spring import spring_shift
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
@@ -78,6 +78,8 @@ class Estimate:
     """Standard deviation of a key for effects on the link that may be there unseen (`unseen_effects`)."""
     lossy: Mapping[str, float] = field(default_factory=dict)
     """The same for a loss of the spring."""
+    eccentric: Mapping[str, float] = field(default_factory=dict)
+    """The same for an error of the link's encoder."""
     other: OtherEnd | None = None
     """Where another start ended that is as likely; None where there is none."""
     kind: KindFit | None = None
@@ -232,6 +234,10 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     joined = joined.beside(rounding_bias(solver, fit))
     other = other_end(fit, plain)
     joined = with_chain_open(joined, plain, fit.values, problem.recording.sample_time)
+    bent, eccentric = unseen_covariance(solver, fit, "measurement"), {}
+    if bent is not None:
+        joined = replace(joined, covariance=joined.covariance + bent)
+        eccentric = dict(zip(fit.free, map(float, np.sqrt(np.maximum(np.diag(bent), 0.0))), strict=True))
     joined = joined.beside(None if other is None else other.shift)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
@@ -244,5 +250,5 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
         joined = replace(joined, covariance=joined.covariance + (factor**2 - 1.0) * plain.covariance)
     coupling = coupling_of(solver, fit)
     unseen, lossy = (unseen_stds(solver, fit, where) for where in ("link", "spring"))
-    known = (trained.values, left, found, plain, matter, coupling, unseen, lossy, other)
+    known = (trained.values, left, found, plain, matter, coupling, unseen, lossy, eccentric, other)
     return Estimate(problem, solver, fit, joined, validation, *known)

@@ -33,7 +33,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, rigid_objection, spring_is_open
 from flex_ident.estimation.thresholds import SENSOR_LEFT
-from flex_ident.estimation.unseen_effects import gravity_notice, loss_notices
+from flex_ident.estimation.unseen_effects import encoder_notice, gravity_notice, loss_notices
 from flex_ident.filtering import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.priorities import LOADED
@@ -339,7 +339,8 @@ def identification_of(
     notices += [rigid_link] if rigid_link is not None else []
     gravity = gravity_notice(estimate.unseen, fit, estimate.uncertainty)
     on_motor = motor_side_notice(problem, fit, estimate.uncertainty, estimate.unseen)
-    notices += [notice for notice in (gravity, on_motor) if notice is not None]
+    encoder = encoder_notice(estimate.eccentric, fit, estimate.uncertainty)
+    notices += [notice for notice in (gravity, on_motor, encoder) if notice is not None]
     notices += loss_notices(estimate.lossy, fit.values)
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))

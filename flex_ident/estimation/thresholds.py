@@ -40,6 +40,9 @@ UNSEEN_SHARE = 0.03
 """Share of the link's inertia whose swinging at 1.2 bands, as a tenth at 2.2 bands, nobody would have noticed."""
 NOTED_STDS, NOTED_SHARE = 3.0, 0.02
 """Standard deviations, and share, by which an unseen cable must be able to move a first moment to be spoken of."""
+MOST_OF_IT, NOTED_OF_ALL = 0.7, 0.005
+"""Share of a first moment's standard deviation, and of all gravity, from which what an error of the link encoder would
+do is spoken of. Set by hand: an eccentric disk had MX and MY of an adversary's arms 5 to 23 standard deviations off."""
 LOSS_MATTERS = 0.1
 """Share of viscous friction by which a loss of the spring that nobody sees must be able to move it to be in its
 interval. Set by hand; an adversary's arms, whose springs lost 1 %, had FV 10 to 40 % off. In the intervals whatever its

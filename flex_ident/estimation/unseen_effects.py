@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from flex_ident.effects import CATALOGUE, Probe
-from flex_ident.estimation.thresholds import LOSS_MATTERS, NOTED_SHARE, NOTED_STDS
+from flex_ident.estimation.thresholds import LOSS_MATTERS, MOST_OF_IT, NOTED_OF_ALL, NOTED_SHARE, NOTED_STDS
 from flex_ident.likelihood.comparison import correlation_factor
 from flex_ident.likelihood.covariance import Uncertainty
 from flex_ident.likelihood.fit import Fit
@@ -23,6 +23,7 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import GRAVITY_KEYS
 from flex_ident.parameters.values import Values
+from flex_ident.recording import Floats
 from flex_ident.screening.scoring import following_of, whitened_change
 
 LOSS_KEYS = ("FV", "FVm")
@@ -32,22 +33,31 @@ PROBE = 1e-3
 
 def unseen_stds(solver: SteadyFit, fit: Fit, where: str) -> dict[str, float]:
     """What effects `where` they act leave open of each free key, one standard deviation; nothing where none may be."""
+    opened = unseen_covariance(solver, fit, where)
+    if opened is None:
+        return {}
+    return dict(zip(fit.free, map(float, np.sqrt(np.maximum(np.diag(opened), 0.0))), strict=True))
+
+
+def unseen_covariance(solver: SteadyFit, fit: Fit, where: str) -> Floats | None:
+    """What effects `where` they act leave open of the free keys, (p, p); None where none may be."""
     sizes: list[Values] = []
     for name, effect in CATALOGUE.items():
-        if effect.unseen is not None and effect.where == where and not (effect.needs_spring and solver.problem.rigid):
+        apart = (effect.needs_spring and solver.problem.rigid) or (effect.needs_link and solver.problem.link is None)
+        if effect.unseen is not None and effect.where == where and not apart:
             sizes += [_small(name, probe) for probe in effect.unseen(fit.values)]
     if not sizes:
-        return {}
+        return None
     columns = np.column_stack([whitened_change(solver, fit, one) for one in sizes]) / PROBE
     if not np.isfinite(columns).all():
-        return {}
+        return None
     moves = following_of(fit) @ columns
     left = columns + fit.jacobian @ moves
     correlated = correlation_factor(fit)
     spread = np.linalg.inv(np.eye(len(sizes)) + left.T @ left / correlated)
     mean = -spread @ (left.T @ fit.residual) / correlated
-    open_by = np.einsum("ij,jk,ik->i", moves, spread + np.outer(mean, mean), moves)
-    return dict(zip(fit.free, map(float, np.sqrt(np.maximum(open_by, 0.0))), strict=True))
+    opened: Floats = moves @ (spread + np.outer(mean, mean)) @ moves.T
+    return opened
 
 
 def _small(name: str, probe: Probe) -> Values:
@@ -91,3 +101,16 @@ def gravity_notice(unseen: Mapping[str, float], fit: Fit, known: Uncertainty) ->
         return None
     sizes = {"moved_percent": 100.0 * moved / abs(fit.values[key]), "moved_stds": moved / std}
     return Notice(Code.GRAVITY_TAKEN_ALONE, key, sizes)
+
+
+def encoder_notice(eccentric: Mapping[str, float], fit: Fit, known: Uncertainty) -> Notice | None:
+    """That most of the interval of a first moment is what an error of the link encoder that nobody sees would do; None
+    where it is not, or little of all gravity."""
+    moments = [k for k in GRAVITY_KEYS if fit.values.get(k, 0.0) != 0.0 and 0.0 < known.std(k) < math.inf]
+    if not moments or not eccentric:
+        return None
+    key = max(moments, key=lambda k: eccentric.get(k, 0.0) / known.std(k))
+    moved, whole = eccentric.get(key, 0.0), math.hypot(*(fit.values[k] for k in moments))
+    if not moved > max(MOST_OF_IT * known.std(key), NOTED_OF_ALL * whole):
+        return None
+    return Notice(Code.ENCODER_TAKEN_AS_TRUE, key, {"moved": moved})

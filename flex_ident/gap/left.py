@@ -62,7 +62,10 @@ def reasons_left(
     if not left.named and whole.link is not None and whole.link.structured:
         yield Reason(Why.LINK_LEFT, numbers={"left": whole.link.gap, "noise": whole.link.floor})
     for n in final:
-        if n.code == Code.CAUSE_SUSPECTED and CATALOGUE[n.subject].scales_torque > 0.0:
-            yield Reason(Why.SCALE_SUSPECTED, n.subject, {"stds": n.numbers["moved_stds"]})
+        if n.code == Code.CAUSE_SUSPECTED:
+            scales = CATALOGUE[n.subject].scales_torque > 0.0
+            yield Reason(
+                Why.SCALE_SUSPECTED if scales else Why.CAUSE_SUSPECTED, n.subject, {"stds": n.numbers["moved_stds"]}
+            )
     if estimate.strained:
         yield Reason(Why.CHAIN_AT_ITS_END, ", ".join(estimate.strained))

@@ -44,6 +44,8 @@ class GapOptions:
         check_band(self.band_hz)
         for name in (*self.effects, *self.add):
             effect_named(name)
+        if twice := [name for name in self.add if self.add.count(name) > 1]:
+            raise UsageError(f"--add names {twice[0]} twice.")
         essential = ("J",) if self.rigid else ("Jm", "K", "JL")
         known = [k for k in self.base_catalogue if k not in essential]
         for key in self.without:

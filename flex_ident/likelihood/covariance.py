@@ -13,6 +13,7 @@ from flex_ident.recording import Floats
 
 LAG_S = 1.0
 """Lag up to which scores are taken as correlated, s."""
+FRICTION = ("FVm", "FSm", "FV", "FS")
 BLOCKS = 24
 """Stretches of time over which the scores' agreement is tested."""
 
@@ -54,7 +55,8 @@ def uncertainty_of(fit: Fit, rate_hz: float) -> Uncertainty:
     a lag of a second; and the sandwich over `BLOCKS` stretches of time, which also sees model error that pulls one
     part of the recording against another. The correlations are those of the inverse information.
     """
-    inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound]
+    # Friction at its bound, nothing, may be more: what follows it is as open as it is.
+    inside = [i for i, key in enumerate(fit.free) if key not in fit.at_bound or key in FRICTION]
     jacobian = fit.jacobian[:, inside]
     prior = fit.prior_information[np.ix_(inside, inside)]
     names = [fit.free[i] for i in inside]

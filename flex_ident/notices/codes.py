@@ -336,6 +336,11 @@ class Code(StrEnum):
         "above the band cannot be told from another stiffness.",
         "Read a link encoder, or sweep further up, where another mode may lie near the end of the band.",
     )  # fmt: skip
+    ENCODER_TAKEN_AS_TRUE = (
+        "encoder_taken_as_true", "info",
+        "Most of the interval of MX or MY is what an error of the link's encoder once or twice a turn would do.",
+        "Compare with identify --sensors motor; move over a turn, or take MX and MY from the robot's description.",
+    )  # fmt: skip
     GRAVITY_TAKEN_ALONE = (
         "gravity_taken_alone", "info",
         "MX and MY hold where nothing but gravity pulls on the link: over the range that was moved a cable, a hose or "

@@ -55,6 +55,7 @@ class Why(StrEnum):
     NOISE_UNTOLD = "noise_untold"
     LINK_LEFT = "link_left"
     SCALE_SUSPECTED = "scale_suspected"
+    CAUSE_SUSPECTED = "cause_suspected"
     CHAIN_AT_ITS_END = "chain_at_its_end"
 
 

@@ -71,7 +71,7 @@ def read_joint_model(path: Path) -> JointModel:
     """The model in a `model.yaml`. Raises ConfigurationError, naming file and key, when it is not one."""
     content, file = yaml_document(path), path_text(path)
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        raise ConfigurationError(f"{file}: is not a model file: expected 'schema: {SCHEMA}'.")
+        raise ConfigurationError(f"{file}: no model file, which begins with 'schema: {SCHEMA}'.")
     unknown = [shortened(key) for key in content if key not in ("schema", "joint", "parameters", "effects")]
     if unknown:
         raise ConfigurationError(f"{file}: unknown key {', '.join(unknown[:8])}.")

@@ -60,7 +60,7 @@ def first_advice(result: Identification) -> Advice | None:
 
 
 def _as_said(notice: Notice) -> Advice:
-    return Advice("warning", _sentence(sentence(notice)), (notice,))
+    return Advice("warning", begun(sentence(notice)), (notice,))
 
 
 def _remedy(result: Identification, said: dict[Code, Notice]) -> Advice | None:
@@ -136,7 +136,7 @@ def other_things(result: Identification) -> tuple[str, ...]:
         and not (kind in ("signals", "action") and n.code is Code.MODEL_MISMATCH)
         and not (apart and n.code in FOLLOW)
     ]  # fmt: skip
-    said = tuple(_sentence(text) for text in told(kept))
+    said = tuple(begun(text) for text in told(kept))
     weak = [p.key for p in result.parameters if not p.identifiable]
     if apart and weak:
         return (*said, f"{_listed(weak)} not determined by this recording, as things are.")
@@ -163,6 +163,6 @@ def _listed(names: list[str]) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]} are"
 
 
-def _sentence(text: str) -> str:
-    """The text with a capital at its start."""
-    return text[:1].upper() + text[1:]
+def begun(text: str) -> str:
+    """The text with a capital at its start, unless it starts with a name that has none, as of an effect."""
+    return text if "_" in text.partition(" ")[0] else text[:1].upper() + text[1:]

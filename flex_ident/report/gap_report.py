@@ -9,7 +9,7 @@ from flex_ident.gap.explanation import GapExplanation
 from flex_ident.parameters import Parameter
 from flex_ident.parameters.parameter import PRISMATIC_UNITS
 from flex_ident.recording import Recording
-from flex_ident.report.advice import told
+from flex_ident.report.advice import begun, told
 from flex_ident.report.curve_plot import curve_name
 from flex_ident.report.figures import embedded
 from flex_ident.report.gap_table import (
@@ -59,7 +59,7 @@ def gap_html(explanation: GapExplanation, recording: Recording, figures: Mapping
 def _read_first(e: GapExplanation) -> list[Section]:
     first, said = do_first(e), (*told(e.notices), *warnings_of(e))
     sections = [Section("Do this first", (first,))] if first else []
-    items = tuple(t[:1].upper() + t[1:] for t in said)
+    items = tuple(map(begun, said))
     return [*sections, Section("Notes and warnings", items=items)] if said else sections
 
 
@@ -71,7 +71,7 @@ def _findings(e: GapExplanation, figures: Mapping[str, bytes]) -> list[Section]:
     sections, words = [], words_of(e.final)
     for f in e.findings:
         evidence = evidence_text(f, words)
-        items = [f"Equation: {effect_named(f.effect).equation}", evidence[0].upper() + evidence[1:]]
+        items = [f"Equation: {effect_named(f.effect).equation}", begun(evidence)]
         if f.also_considered:
             items.append(f"Also considered: {others_text(f).replace('_', ' ')}")
         if f.indistinguishable_from:
@@ -90,7 +90,7 @@ def _unexplained(e: GapExplanation) -> list[Section]:
 def _where(e: GapExplanation, figures: Mapping[str, bytes]) -> Section:
     return Section(
         "Where the gap of the base model lies",
-        items=tuple(text[0].upper() + text[1:] for text in map(region_text, e.where)),
+        items=tuple(begun(region_text(region)) for region in e.where),
         images=_image(figures, "gap_where", "gap over position, velocity, deflection and time"),
     )
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from flex_ident.effects import effect_named
+from flex_ident.report.advice import begun
 from flex_ident.report.figures import LINK, PREDICTED, QUIET, embedded, png_bytes, styled_figure
 from flex_ident.report.gap_set_result import JoinedGap, SetEffect
 from flex_ident.report.gap_set_table import SUMMARY, effect_rows, gap_rows, notes, size_text
@@ -67,7 +68,7 @@ def gap_set_html(result: JoinedGap, figures: Mapping[str, bytes]) -> str:
 
 def _found(result: JoinedGap, own: SetEffect) -> Section:
     evidence = evidence_text(own.proposal, own.heard, result.names)
-    items = [f"Equation: {effect_named(own.proposal.effect).equation}", evidence[0].upper() + evidence[1:]]
+    items = [f"Equation: {effect_named(own.proposal.effect).equation}", begun(evidence)]
     return Section(f"Found: {own.proposal.effect.replace('_', ' ')}", (size_text(result, own),), tuple(items))
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import Finding, GapExplanation
-from flex_ident.notices import Code
+from flex_ident.notices import Code, Why
 from flex_ident.parameters import Identification
 from flex_ident.report.advice import first_thing, other_things, told
 from flex_ident.report.gap_words import evidence_text, reading_text, region_text, rejected_text, unexplained_text
@@ -20,13 +20,23 @@ SUMMARY = {
     "unexplained": "a gap remains that no effect of the catalogue accounts for",
     "rejected": "the base model does not describe this recording at all",
 }
-GRANTED = (Code.LINK_TAKEN_AS_RIGID, Code.GRAVITY_TAKEN_ALONE, Code.SLOPE_TAKEN_ON_LINK, Code.LOSS_UNSEEN)
+SUSPECTED = (Why.CAUSE_SUSPECTED, Why.SCALE_SUSPECTED)
+SUSPECTED_ONLY = "what is left is no more than noise, and an effect is suspected all the same"
+GRANTED = (
+    Code.LINK_TAKEN_AS_RIGID,
+    Code.GRAVITY_TAKEN_ALONE,
+    Code.ENCODER_TAKEN_AS_TRUE,
+    Code.SLOPE_TAKEN_ON_LINK,
+    Code.LOSS_UNSEEN,
+)
 """What the model takes for granted where the recording cannot show it."""
 GRANTED_BELOW = "; what the recording cannot show and the model takes for granted is said below"
 
 
 def summary_text(e: GapExplanation) -> str:
     """What the verdict means; and, where all is noise, that this rests on what the recording cannot show."""
+    if e.unexplained and all(reason.why in SUSPECTED for reason in e.unexplained) and e.verdict == "unexplained":
+        return SUSPECTED_ONLY
     granted = e.verdict in ("complete", "explained") and any(n.code in GRANTED for n in e.final.notices)
     return SUMMARY[e.verdict] + (GRANTED_BELOW if granted else "")
 
@@ -83,9 +93,11 @@ def warnings_of(explanation: GapExplanation) -> tuple[str, ...]:
 
 
 def _final(explanation: GapExplanation) -> Identification:
-    """The final identification but for that its model leaves a gap: that is said already."""
+    """The final identification but for that its model leaves a gap, and for what to run: that is said and done."""
     final = explanation.final
-    return replace(final, notices=tuple(n for n in final.notices if n.code is not Code.MODEL_MISMATCH))
+    kept = (n for n in final.notices if n.code not in (Code.MODEL_MISMATCH, Code.STRUCTURED_RESIDUAL))
+    said = (replace(n, texts={**n.texts, "case": "searched"}) if n.code is Code.CAUSE_SUSPECTED else n for n in kept)
+    return replace(final, notices=tuple(said))
 
 
 def _steps_text(e: GapExplanation) -> str:

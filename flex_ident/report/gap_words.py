@@ -21,8 +21,8 @@ def region_text(region: Region) -> str:
     """Where a part of the gap lies."""
     of_what = "spectrum" if region.variable == "frequency" else "time"
     return (
-        f"{100 * region.share:.0f} % of the gap lies where the {VARIABLES[region.variable]} is {region.low:.3g} to "
-        f"{region.high:.3g} {region.unit}, {100 * region.time_share:.0f} % of the {of_what}"
+        f"{100 * region.share:.0f} % of the gap above the noise lies where the {VARIABLES[region.variable]} is "
+        f"{region.low:.3g} to {region.high:.3g} {region.unit}, {100 * region.time_share:.0f} % of the {of_what}"
     )
 
 

@@ -93,7 +93,7 @@ SENTENCES: dict[Why, Template] = {
     Why.PEAK_WITHOUT_FRICTION: "a peak of {peak:.3g} N m does not go with a dry friction of {dry:.3g} N m",
     Why.MORE_THAN_NOISE: {
         "catalogue": (
-            "{left:.3g} N m rms remain, the noise is {noise:.3g} N m: no effect of the catalogue accounts for it"
+            "{left:.3g} N m rms remain, the noise is {noise:.3g} N m: no effect of the catalogue is borne out that accounts for it"
         ),
         "tried": "{left:.3g} N m rms remain, the noise is {noise:.3g} N m: no effect that was tried accounts for it",
         "others": (
@@ -110,6 +110,10 @@ SENTENCES: dict[Why, Template] = {
     Why.SCALE_SUSPECTED: (
         "{subject} is suspected: it would move the parameters by {stds:.0f} standard deviations, and hardly leaves a "
         "gap"
+    ),
+    Why.CAUSE_SUSPECTED: (
+        "{subject} is suspected: it would move the parameters by {stds:.0f} standard deviations, and what is left is "
+        "too little to tell whether it is there"
     ),
     Why.CHAIN_AT_ITS_END: (
         "{subject} is at the end of what a measurement chain can be: it stands in for something else"

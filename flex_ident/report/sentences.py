@@ -330,6 +330,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "would move {subject} by {moved_percent:.2g} % ({moved_stds:.0f} standard deviations), and over this range "
         "nothing tells them apart."
     ),
+    Code.ENCODER_TAKEN_AS_TRUE: (
+        "{subject} holds as far as the link's encoder is true over its turn: an error of 0.1 mrad once or twice a "
+        "turn, as of an eccentric disk, would move it by {moved:.2g}, and over this range nothing tells; its interval "
+        "holds that."
+    ),
     Code.SLOPE_TAKEN_ON_LINK: (
         "{subject} holds where the torque that grows with the position acts on the link: on the motor (a cable, "
         "cogging) it would make {subject} {moved_percent:+.2g} % ({moved_stds:.0f} standard deviations) and K "

@@ -190,4 +190,9 @@ def cause_suspected(n: Notice) -> str:
     """Which effect is suspected, and how far it would move a parameter where that is far enough to be said."""
     moved = n.numbers["moved_stds"]
     how = f", and would move a parameter by up to {moved:.1f} standard deviations" if moved >= LEAST_MOVED else ""
-    return f"{n.subject} accounts best for what is left{how}: run explain_gap, which tells whether it is there."
+    then = (
+        f"see what --add {n.subject} does"
+        if n.case == "searched"
+        else "run explain_gap, which tells whether it is there"
+    )
+    return f"{n.subject} accounts best for what is left{how}: {then}."

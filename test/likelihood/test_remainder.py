@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_up import RATE, TIME, problem, reduced, white
 
-from flex_ident.likelihood.remainder import Remainder, remainder
+from flex_ident.likelihood.remainder import Remainder, _rounding, remainder
 from flex_ident.likelihood.thresholds import OWN_ERROR, OWN_ERROR_AT_REVERSALS, STRUCTURE
 from flex_ident.parameters.values import Values
 
@@ -71,7 +71,7 @@ def test_what_the_encoder_does_is_noise() -> None:
     plain, rounded = left(made), left(made, rounding=0.5)
     assert plain.structured(plain.gap)
     assert not rounded.structured(rounded.gap)
-    assert rounded.floor == pytest.approx(np.hypot(plain.floor, 0.5))
+    assert rounded.floor == pytest.approx(np.hypot(plain.floor, 0.5), rel=0.05)
 
 
 def test_what_does_not_repeat_is_the_noise() -> None:
@@ -112,3 +112,13 @@ def test_own_error_is_a_share_of_torque_and_of_dry_friction() -> None:
     assert left(made).own_error == pytest.approx(OWN_ERROR * torque)
     dry = left(made, Values({"FSm": 6.0, "FS": 1.0})).own_error
     assert dry == pytest.approx(np.hypot(OWN_ERROR * torque, OWN_ERROR_AT_REVERSALS * 7.0))
+
+
+def test_rounding_leaves_no_more_in_any_stretch_than_is_there() -> None:
+    """Play that strikes another time moves the prediction by far more than was left, and by nothing elsewhere."""
+    rate, shown = 100.0, np.ones(4000, bool)
+    residual = np.where(np.arange(4000) < 1000, 0.1, 1.0) * white(4, 4000)
+    moved = np.where(np.arange(4000) < 1000, 50.0, 0.0) * white(5, 4000)
+    assert 0.05 < _rounding(moved, residual, rate, shown) < 0.12  # a stretch reaches across; of all it would be 25
+    steady = 0.05 * white(6, 4000)
+    assert _rounding(steady, residual, rate, shown) == pytest.approx(0.05, rel=0.05)

@@ -53,5 +53,5 @@ def test_a_gap_that_does_not_fall_is_told_with_its_sizes() -> None:
 def test_a_region_of_the_spectrum_is_no_time() -> None:
     assert region_text(Region("frequency", 0.0, 2.1, 0.98, 0.1, "Hz")).endswith("10 % of the spectrum")
     assert region_text(Region("motor_position", -math.pi, 0.0, 0.5, 0.25, "rad")) == (
-        "50 % of the gap lies where the motor angle is -3.14 to 0 rad, 25 % of the time"
+        "50 % of the gap above the noise lies where the motor angle is -3.14 to 0 rad, 25 % of the time"
     )
