@@ -93,8 +93,8 @@ SENTENCES: dict[Why, Template] = {
     Why.PEAK_WITHOUT_FRICTION: "a peak of {peak:.3g} N m does not go with a dry friction of {dry:.3g} N m",
     Why.MORE_THAN_NOISE: {
         "catalogue": (
-            "{left:.3g} N m rms remain, the noise is {noise:.3g} N m: no effect of the catalogue that accounts for it is "
-            "borne out"
+            "{left:.3g} N m rms remain, the noise is {noise:.3g} N m: no effect of the catalogue that accounts for it "
+            "is borne out"
         ),
         "tried": "{left:.3g} N m rms remain, the noise is {noise:.3g} N m: no effect that was tried accounts for it",
         "others": (
