@@ -108,7 +108,7 @@ def identified_parameter(estimate: Estimate, key: str) -> Parameter:
     if key_named(key).is_force:
         std = math.hypot(std, forces_open(estimate) * value)
     beside = estimate.unseen.get(key, 0.0) if beside_its_like(estimate) else 0.0
-    loss = loss_error(key, value, estimate.lossy)
+    loss = loss_error(key, estimate.fit.values, estimate.lossy)
     std = math.hypot(
         std, trade_error(key, estimate.fit.values), reversal_error(estimate, key), beside, loss,
         cancelled_error(estimate, key),

@@ -11,10 +11,18 @@ from flex_ident.parameters.values import Values
 
 
 def test_what_moves_friction_by_less_than_a_tenth_is_left_out() -> None:
-    assert loss_error("FV", 4.0, {"FV": 0.39}) == 0.0
-    assert loss_error("FV", 4.0, {"FV": 0.5}) == 0.5
-    assert loss_error("FVm", 4.0, {}) == 0.0
-    assert loss_error("K", 4.0, {"K": 3.0}) == 0.0
+    values = Values({"FV": 4.0, "FVm": 12.0, "Jm": 1.0, "K": 1e4})
+    assert loss_error("FV", values, {"FV": 0.39, "FVm": 0.4}) == 0.0
+    assert loss_error("FV", values, {"FV": 0.5, "FVm": 0.4}) == 0.5
+    assert loss_error("FVm", values, {}) == 0.0
+    assert loss_error("K", values, {"FV": 0.5, "K": 3.0}) == 0.0
+
+
+def test_where_one_friction_gains_the_other_and_the_inertia_are_open_as_well() -> None:
+    values = Values({"FV": 0.16, "FVm": 1.17, "Jm": 0.2})
+    lossy = {"FV": 0.0588, "FVm": 0.0558, "Jm": 4.5e-4}
+    assert [loss_error(key, values, lossy) for key in ("FV", "FVm", "Jm")] == [0.0588, 0.0558, 4.5e-4]
+    assert [n.subject for n in loss_notices(lossy, values)] == ["FV"]
 
 
 def test_it_is_said_of_each_friction_that_it_moves() -> None:
