@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from flex_ident.effects import effect_named
 from flex_ident.gap.explanation import Finding, GapExplanation
+from flex_ident.likelihood.thresholds import STRUCTURE
 from flex_ident.notices import Code, Why
 from flex_ident.parameters import Identification
 from flex_ident.report.advice import first_thing, other_things, told
@@ -20,6 +21,13 @@ SUMMARY = {
     "unexplained": "a gap remains that no effect of the catalogue accounts for",
     "rejected": "the base model does not describe this recording at all",
 }
+WITHIN_OWN_ERROR = {
+    "complete": "no effect shows that is missing: what is left is more than noise ({floor:.3g} {unit}), and no more "
+    "than the method's own error ({own:.3g} {unit})",
+    "explained": "what was missing is named; the rest is more than noise ({floor:.3g} {unit}), and no more than the "
+    "method's own error ({own:.3g} {unit})",
+}
+"""The same where not all that is left is noise."""
 SUSPECTED = (Why.CAUSE_SUSPECTED, Why.SCALE_SUSPECTED)
 SUSPECTED_ONLY = "what is left is no more than noise, and an effect is suspected all the same"
 GRANTED = (
@@ -38,7 +46,10 @@ def summary_text(e: GapExplanation) -> str:
     if e.unexplained and all(reason.why in SUSPECTED for reason in e.unexplained) and e.verdict == "unexplained":
         return SUSPECTED_ONLY
     granted = e.verdict in ("complete", "explained") and any(n.code in GRANTED for n in e.final.notices)
-    return SUMMARY[e.verdict] + (GRANTED_BELOW if granted else "")
+    text = SUMMARY[e.verdict]
+    if e.verdict in WITHIN_OWN_ERROR and e.after > STRUCTURE * e.noise_floor:
+        text = WITHIN_OWN_ERROR[e.verdict].format(floor=e.noise_floor, own=e.method_error, unit=e.unit)
+    return text + (GRANTED_BELOW if granted else "")
 
 
 def finding_text(finding: Finding, words: Words) -> str:

@@ -144,6 +144,25 @@ def test_the_headline_says_where_the_model_takes_something_for_granted() -> None
     assert "granted" not in gap_text(unexplained).splitlines()[0]
 
 
+def test_what_is_within_the_methods_own_error_is_not_called_noise() -> None:
+    """EMPS was `explained`, "and the rest is noise", with 0.98 N left over noise of 0.33."""
+    assert "left of the gap is noise" in gap_text(explanation()).splitlines()[0]
+    for verdict in ("complete", "explained"):
+        first = gap_text(explanation(verdict=verdict, noise_floor=0.3, method_error=1.08)).splitlines()[0]
+        assert "more than noise (0.3 N m), and no more than the method's own error (1.08 N m)" in first
+
+
+def test_a_suspect_is_said_in_place_of_a_gap() -> None:
+    suspected = (Reason(Why.CAUSE_SUSPECTED, "stribeck_friction", {"stds": 6.1}),)
+    text = gap_text(explanation(verdict="unexplained", unexplained=suspected, final=result(
+        "doubtful", 2.0, (), Notice(Code.CAUSE_SUSPECTED, "stribeck_friction", {"moved_stds": 6.1}),
+    )))  # fmt: skip
+    assert "an effect is suspected all the same" in text.splitlines()[0]
+    assert "unexplained: stribeck_friction is suspected" in text
+    assert "see what --add stribeck_friction does" in text
+    assert "run explain_gap" not in text
+
+
 def test_shares_of_the_gap_are_words_where_numbers_would_puzzle() -> None:
     assert [closed_share(x) for x in (-0.62, -0.001, 0.4, 1.2)] == ["makes it worse", "0", "40", "100"]
     assert [change(1.0, x, 1) for x in (0.9999, 1.0, 0.5)] == ["±0 %", "±0 %", "-50.0 %"]
