@@ -12,7 +12,7 @@ import pytest
 from flex_ident.effects import CATALOGUE
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.estimation.unseen_effects import encoder_notice
+from flex_ident.estimation.unseen_effects import encoder_notice, unseen_covariance
 from flex_ident.parameters.values import Values
 from flex_ident.report.sentences import sentence
 
@@ -48,6 +48,14 @@ def test_an_error_in_the_model_is_not_beside_itself() -> None:
     assert not unseen(Values({"K": 1e4}) | Values.of_effect("link_encoder_error", {"amplitude": 1e-4}))
 
 
+@pytest.mark.parametrize(("rigid", "link"), [(False, None), (True, np.zeros(3))])
+def test_without_a_link_encoder_or_a_spring_there_is_none(rigid: bool, link: Any) -> None:
+    solver: Any = SimpleNamespace(problem=SimpleNamespace(rigid=rigid, link=link))
+    fit: Any = SimpleNamespace(values=Values({"K": 1e4}))
+    assert unseen_covariance(solver, fit, "measurement") is None
+    assert encoder_notice({}, fit, SimpleNamespace(std=lambda _key: 1.0)) is None  # type: ignore[arg-type]
+
+
 @pytest.mark.slow
 def test_first_moments_behind_an_eccentric_encoder_are_open_by_what_that_does() -> None:
     """MX and MY of an adversary's arms were 5 to 23 standard deviations off, trusted; MX of this one is 19."""
@@ -61,5 +69,3 @@ def test_first_moments_behind_an_eccentric_encoder_are_open_by_what_that_does() 
         if p.key in plant.truth:
             assert abs(p.value - plant.truth[p.key]) < 3.0 * p.std, p
     assert next(n for n in result.notices if n.code == CODE).subject == "MX"
-    alone = identify(recording_of(plant.recorded, "motor"), IdentifyOptions())
-    assert CODE not in {n.code for n in alone.notices}
