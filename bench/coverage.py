@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from coverage_tables import print_tables  # noqa: E402
-from lines import lines_in  # noqa: E402
+from lines import lines_in, parameter_columns  # noqa: E402
 from plants import Case, CaseError, case_of, made  # noqa: E402
 from recordings import recording_of  # noqa: E402
 
@@ -81,16 +81,9 @@ def answer(recorded: Any, sensors: str, effort: str) -> Line:
     from flex_ident.estimation.options import IdentifyOptions
 
     result = identify(recording_of(recorded, sensors), IdentifyOptions(sensors=sensors, effort_kind=effort))
-    parameters = {
-        p.key: {
-            "value": float(p.value), "std": float(p.std), "interval": [float(v) for v in p.interval],
-            "identifiable": bool(p.identifiable),
-        }
-        for p in result.parameters
-    }  # fmt: skip
     error = getattr(result.fit, "relative_error_percent", None)
     return {
-        "verdict": str(result.verdict), "parameters": parameters,
+        "verdict": str(result.verdict), "parameters": parameter_columns(result),
         "nuisances": {p.key: p.value for p in result.measurement},
         "notices": [str(n.code) for n in result.notices],
         "relative_error_percent": None if error is None else float(error),

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from coverage_tables import KEYS, covered, percent, pull, stated, table  # noqa: E402
-from lines import Line, lines_in  # noqa: E402
+from lines import Line, lines_in, parameter_columns  # noqa: E402
 from plants import Case, CaseError, case_of, made  # noqa: E402
 from plants.experiment import Made  # noqa: E402
 from recordings import recording_of  # noqa: E402
@@ -102,15 +102,8 @@ def result_line(task: Task) -> Line:
         return {**line, "verdict": "refused", "error": str(error)[:500]}
     except Exception as error:
         return {**line, "verdict": "error", "error": f"{type(error).__name__}: {error}"[:500]}
-    parameters = {
-        p.key: {
-            "value": float(p.value), "std": float(p.std), "interval": [float(v) for v in p.interval],
-            "identifiable": bool(p.identifiable),
-        }
-        for p in result.parameters
-    }  # fmt: skip
     notices = [str(n.code) for n in result.notices]
-    return {**line, "verdict": str(result.verdict), "parameters": parameters, "notices": notices}
+    return {**line, "verdict": str(result.verdict), "parameters": parameter_columns(result), "notices": notices}
 
 
 def name_of(task: Task) -> str:

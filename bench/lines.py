@@ -18,3 +18,14 @@ def lines_in(path: Path) -> list[Line]:
         except json.JSONDecodeError:
             continue
     return lines
+
+
+def parameter_columns(result: Any) -> Line:
+    """The parameters of an `Identification` as a line holds them, by key."""
+    return {
+        p.key: {
+            "value": float(p.value), "std": float(p.std), "interval": [float(v) for v in p.interval],
+            "identifiable": bool(p.identifiable),
+        }
+        for p in result.parameters
+    }  # fmt: skip

@@ -24,6 +24,7 @@ from flex_ident.recording.clocks import RawSignal, signals_of
 from flex_ident.recording.empty_messages import without_empty_messages
 from flex_ident.recording.laid_over import without_laid_over
 from flex_ident.recording.mending import mended_signals
+from flex_ident.recording.names import first_of
 from flex_ident.recording.recording import Role
 from flex_ident.recording.stillness import refuse_held
 from flex_ident.report.sentences import sentence
@@ -57,7 +58,7 @@ def _recording(bag: Bag, selection: SignalSelection, progress: Progress | None) 
     with ThreadPoolExecutor(1) as pool:
         digest = pool.submit(bag.sha256)
         joint, signals, notices, origin, others, held = _signals(bag, selection, progress)
-    _check_signals(signals, joint, named=selection.effort, others=numeric_topics(bag))
+    _check_signals(signals, joint, named=selection.effort, others=possible_topics(bag))
     return aligned_recording(
         signals, joint=joint, notices=notices, path=bag.name, sha256=digest.result(), start_time_s=origin,
         others=others, poses=held,
@@ -85,7 +86,7 @@ def _signals(
     efforts = raw["motor_torque"].values
     if measurable(raw["motor_position"].values).any() and not measurable(efforts).any():
         what = f"none of {efforts.size} values that is a finite number" if efforts.size else "no messages"
-        refuse_without_effort(chosen.torque.source, f"holds {what}", numeric_topics(bag), selection.effort)
+        refuse_without_effort(chosen.torque.source, f"holds {what}", possible_topics(bag), selection.effort)
     factors: dict[Role, float] = {"motor_position": 1.0 / selection.gear_ratio, "motor_torque": selection.effort_scale}
     raw, overlaid = without_laid_over(raw)
     raw, emptied = without_empty_messages(raw)
@@ -181,7 +182,7 @@ def refuse_without_effort(source: str, what: str, others: Sequence[str], named: 
     """Raises SignalError: what is wrong with the effort, and which topics may hold it instead."""
     own = source.partition(":")[0]
     there = [topic for topic in others if topic != own]
-    among = f", of {listed_names(there)}" if there else ""
+    among = f", of {first_of(there, MOST_NAMED)}" if there else ""
     how = (
         f"it is what --effort names: name another signal{among}, or record again while the drive reports its effort."
         if named is not None
@@ -190,12 +191,6 @@ def refuse_without_effort(source: str, what: str, others: Sequence[str], named: 
     raise SignalError(f"{source} {what}: {how}")
 
 
-def numeric_topics(bag: Bag) -> list[str]:
+def possible_topics(bag: Bag) -> list[str]:
     """Topics that may hold a signal, by name: all but those that every ROS system has for other things."""
     return sorted(t.name for t in bag.topics() if t.name.rpartition("/")[2] not in NO_SIGNALS)
-
-
-def listed_names(names: Sequence[str]) -> str:
-    """The first few names, and how many more there are."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from flex_ident.errors import SignalError
 from flex_ident.recording import Floats
+from flex_ident.recording.names import first_of
 
 MOST_COLUMNS = 4096
 """Columns of a table, at most."""
@@ -38,10 +39,7 @@ class Table(Protocol):
 
 def listed(columns: Collection[str]) -> str:
     """Columns, for a message."""
-    names = list(columns)
-    return ", ".join(names[:MOST_LISTED]) + (
-        f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-    )
+    return first_of(columns, MOST_LISTED)
 
 
 def refuse_large(source: str, rows: int, columns: int) -> None:

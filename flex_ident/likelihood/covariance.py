@@ -14,6 +14,7 @@ from flex_ident.recording import Floats
 LAG_S = 1.0
 """Lag up to which scores are taken as correlated, s."""
 FRICTION = ("FVm", "FSm", "FV", "FS")
+"""Keys that at their bound, nothing, may be more."""
 BLOCKS = 24
 """Stretches of time over which the scores' agreement is tested."""
 
