@@ -226,7 +226,7 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     own = SteadyFit(problem.restricted(problem.usable & ~validation), priors=solver.priors, marks=solver.marks)
     trained = own.solve(fit.free, fit.values, fit.whitenings, iterations=6, tolerance=1e-6)
     plain, left = uncertainty_of(fit, problem.rate_hz), remainder(solver, fit)
-    found = suspects(solver, fit, prismatic=prismatic, left=left)
+    found = suspects(solver, fit, left, prismatic=prismatic)
     joined, ends = widened(plain, found, left), strained(fit.values, solver.priors)
     if left.structured(left.gap) or any(suspect.strong for suspect in found):
         joined = joined.beside(unseen_shift(solver, fit))

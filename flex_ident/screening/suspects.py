@@ -61,24 +61,21 @@ class Suspect:
         return self.gain > STRONG
 
 
-def suspects(
-    solver: SteadyFit, fit: Fit, *, prismatic: bool = False, left: Remainder | None = None
-) -> tuple[Suspect, ...]:
+def suspects(solver: SteadyFit, fit: Fit, left: Remainder, *, prismatic: bool = False) -> tuple[Suspect, ...]:
     """Every effect of the catalogue that the residual speaks for; most first.
 
     Under the weights of the fit, which let bad stretches weigh little. Where what is `left` is structured and none
-    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. There what has many
-    minima is raced where it may be the cause. The likeliest is refitted further.
+    stands out, under the steady noise's as well, in which an effect that lies in one stretch shows. Where it is
+    structured or one stands out, what has many minima is raced where it may be the cause, and the likeliest is refitted
+    further.
     """
-    found = _screened(solver, fit, prismatic=prismatic)
-    if left is not None and left.structured(left.gap):
-        if not any(t.suspect.strong for t in found):
-            steady = SteadyFit(solver.problem, priors=solver.priors, marks=solver.marks)
-            there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
-            found = _merged(found, _screened(steady, there, prismatic=prismatic))
-        found = _looked_into(found, left, prismatic=prismatic) if found else found
-    elif any(t.suspect.strong for t in found):
-        found = _continued(found)
+    found, structured = _screened(solver, fit, prismatic=prismatic), left.structured(left.gap)
+    if structured and not any(t.suspect.strong for t in found):
+        steady = SteadyFit(solver.problem, priors=solver.priors, marks=solver.marks)
+        there = steady.linearised(fit.free, fit.values, steady.whitenings(fit.values), fit.at_bound)
+        found = _merged(found, _screened(steady, there, prismatic=prismatic))
+    if found and (structured or any(t.suspect.strong for t in found)):
+        found = _looked_into(found, left, prismatic=prismatic)
     found = _merged(found, _stood_in_for(solver, fit, prismatic=prismatic))
     return tuple(sorted((t.suspect for t in found if t.score.shift is not None or t.there), key=lambda s: -s.gain))
 
@@ -140,7 +137,7 @@ class _Tried:
         extended, keys = extended_solver(self.solver, self.fit.free, self.score.candidate)
         noise = self.fit.whitenings
         try:
-            found = extended.solve(keys, self.there.values, noise, iterations=FURTHER, tolerance=1e-3, rough=True)
+            found = extended.solve(keys, self.there.values, noise, iterations=FURTHER, tolerance=1e-4, rough=True)
         except ExcitationError:
             return self
         return self.refitted(found) if found.cost < self.there.cost else self

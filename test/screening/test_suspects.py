@@ -99,7 +99,7 @@ def rigid(quadratic: float) -> tuple[SteadyFit, Fit]:
 @pytest.mark.parametrize(("quadratic", "strong"), [(0.01, False), (0.2, True)])
 def test_a_suspect_would_move_the_model_as_a_refit_does(quadratic: float, strong: bool) -> None:
     solver, fit = rigid(quadratic)
-    found = {s.effect: s for s in suspects(solver, fit)}
+    found = {s.effect: s for s in suspects(solver, fit, left(1.0))}
     suspect = found["viscous_nonlinearity"]
     assert suspect.strong is strong
     key = "viscous_nonlinearity.coefficient"
@@ -110,14 +110,14 @@ def test_a_suspect_would_move_the_model_as_a_refit_does(quadratic: float, strong
     if strong:
         assert max(found.values(), key=lambda s: s.gain) is suspect
         assert suspect.gap is not None
-        left = np.sqrt(np.mean(solver.problem.residuals(refit.values)[0][solver.problem.usable] ** 2))
-        assert suspect.gap == pytest.approx(float(left), rel=0.02)
+        refitted = np.sqrt(np.mean(solver.problem.residuals(refit.values)[0][solver.problem.usable] ** 2))
+        assert suspect.gap == pytest.approx(float(refitted), rel=0.02)
 
 
 def test_the_likeliest_is_refitted_further(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sketch that is broken off on its way says too little of what the effect would move."""
     solver, fit = rigid(0.2)
-    whole = suspects(solver, fit)[0]
+    whole = suspects(solver, fit, left(1.0))[0]
 
     def part_of_the_way(*args: Any) -> Fit:
         there = sketched(*args)
@@ -126,8 +126,8 @@ def test_the_likeliest_is_refitted_further(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr("flex_ident.screening.suspects.sketched", part_of_the_way)
     own = np.array([uncertainty_of(fit, solver.problem.rate_hz).std(k) for k in fit.free])
-    for left in (None, remainder(solver, fit)):
-        further = suspects(solver, fit, left=left)[0]
+    for whether in (left(1.0), remainder(solver, fit)):
+        further = suspects(solver, fit, whether)[0]
         assert further.effect == whole.effect
         assert further.gain == pytest.approx(whole.gain, rel=0.01)
         np.testing.assert_array_less(np.abs(further.shift - whole.shift), 0.1 * own)
@@ -135,7 +135,7 @@ def test_the_likeliest_is_refitted_further(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_nothing_hidden_nothing_suspected() -> None:
     solver, fit = rigid(0.0)
-    found = suspects(solver, fit)
+    found = suspects(solver, fit, remainder(solver, fit))
     assert not [s.effect for s in found if s.strong]
     own = uncertainty_of(fit, solver.problem.rate_hz)
     wide = widened(own, found, remainder(solver, fit))
@@ -222,10 +222,10 @@ def test_what_no_suspect_accounts_for_widens_everything(gap: float, suspect_gap:
 def test_a_suspect_whose_refit_saves_nothing_weighs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A linear estimate that promised much, and a refit that ends where it began or runs away: its shift was wrong."""
     solver, fit = rigid(0.2)
-    name = suspects(solver, fit)[0].effect
+    name = suspects(solver, fit, left(1.0))[0].effect
     for outcome in (lambda *_args: fit, _runs_away):
         monkeypatch.setattr("flex_ident.screening.suspects.sketched", outcome)
-        disproved = next(s for s in suspects(solver, fit) if s.effect == name)
+        disproved = next(s for s in suspects(solver, fit, left(1.0)) if s.effect == name)
         assert disproved.gap is None
         assert disproved.weight < 0.01
 
