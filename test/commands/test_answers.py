@@ -41,7 +41,7 @@ def lively_bag(path: Path) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", ["rigid", "spring"])
+@pytest.mark.parametrize("model", ["rigid", pytest.param("spring", marks=pytest.mark.campaign)])
 def test_the_three_commands_agree(model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag = slow_bag(tmp_path / "bag") if model == "rigid" else lively_bag(tmp_path / "bag")
     text, error = bag_check(bag, SignalSelection(joint="joint"))

@@ -17,7 +17,7 @@ from flex_ident.likelihood.nuisances import measurement_priors  # noqa: E402
 from flex_ident.parameters import FLEXIBLE_KEYS  # noqa: E402
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_scale_of_the_link_encoder_does_not_stand_in_for_the_spring() -> None:
     case = made(case_of(131, 114))
     problem = fit_problem(recording_of(case.recorded, "motor+link"), sensors="motor+link")

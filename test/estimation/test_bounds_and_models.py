@@ -16,7 +16,7 @@ EXPERIMENT = Experiment(duration_s=15.0)
 CHAIN = MeasurementChain.with_bits(20, 20, torque_noise=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_parameter_at_its_bound_has_an_interval_on_the_other_side() -> None:
     model = JointModel({**COBOT_JOINT.parameters, "FS": 0.03, "FV": 0.0})
     met = 0

@@ -37,8 +37,8 @@ CAUSES: dict[str, set[str]] = {
     "mujoco_friction": FRICTION,
 }
 SENSORS = ("motor", "motor+link")
-QUICK = {("backlash", "motor+link"), ("stribeck", "motor+link")}
-"""One of the transmission, one of friction; the others in the campaign."""
+QUICK = {("stribeck", "motor+link")}
+"""The others, half a minute each, in the campaign."""
 EVERY = [
     pytest.param(case, sensors, marks=() if (case, sensors) in QUICK else pytest.mark.campaign)
     for case in CAUSES

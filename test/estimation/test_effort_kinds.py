@@ -99,6 +99,7 @@ def test_gravity_that_the_controller_adds_is_recognised_with_a_link_encoder() ->
     assert result.parameter("MY").value == pytest.approx(HEAVY.value("MY"), rel=0.05)
 
 
+@pytest.mark.campaign
 def test_gravity_that_the_motor_alone_cannot_tell_is_asked_for_and_the_intervals_hold() -> None:
     recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=False)
     result = identify(recording, IdentifyOptions())
@@ -111,7 +112,7 @@ def test_gravity_that_the_motor_alone_cannot_tell_is_asked_for_and_the_intervals
     assert abs(given.parameter("JL").value - HEAVY.value("JL")) > 5.0 * given.parameter("JL").std  # what is at stake
 
 
-@SENSORS
+@pytest.mark.parametrize("sensors", [pytest.param("motor", marks=pytest.mark.campaign), "motor+link"])
 def test_gravity_compensation_that_is_given_is_used(sensors: str) -> None:
     recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=sensors != "motor")
     result = identify(recording, IdentifyOptions(effort_kind="gravity_compensated"))
@@ -144,7 +145,8 @@ def test_gravity_that_the_controller_hardly_leaves_is_in_the_intervals(kind: str
         assert not result.parameter("MY").identifiable
 
 
-@pytest.mark.parametrize("weight", [12.0, pytest.param(-6.0, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("weight", [12.0, -6.0])
 def test_which_way_gravity_pulls_is_open_where_the_mode_alone_shows_it(weight: float) -> None:
     """MY of an adversary's joints came out with the other sign, K and JL with it 5 to 16 standard deviations off."""
     model = JointModel({**COBOT_JOINT.parameters, "MX": 0.0, "MY": weight}, joint="standing")

@@ -22,14 +22,10 @@ def with_far_mode(share: float, frequency_hz: float) -> JointModel:
     return JointModel({**own, "JL": own["JL"] - inertia}, {"second_mode": second}, joint="far")
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize(
     ("share", "frequency_hz"),
-    [
-        (0.15, 1.4 * BAND_HZ),
-        pytest.param(0.1, 1.1 * BAND_HZ, marks=pytest.mark.campaign),
-        pytest.param(0.1, 2.5 * BAND_HZ, marks=pytest.mark.campaign),
-        pytest.param(0.2, 4.0 * BAND_HZ, marks=pytest.mark.campaign),
-    ],
+    [(0.15, 1.4 * BAND_HZ), (0.1, 1.1 * BAND_HZ), (0.1, 2.5 * BAND_HZ), (0.2, 4.0 * BAND_HZ)],
 )
 def test_a_link_encoder_tells_a_mode_above_the_band_from_stiffness(share: float, frequency_hz: float) -> None:
     recording = virtual_recording(

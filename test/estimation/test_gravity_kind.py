@@ -32,7 +32,7 @@ def test_the_largest_moment_is_that_of_a_steel_cylinder_at_its_best_distance(ine
     assert largest_moment(inertia) == pytest.approx(-best.fun, rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_an_absurd_weight_is_no_rival_to_gravity_in_the_effort() -> None:
     plant = made(case_of(61, 38))
     result = identify(recording_of(plant.recorded, "motor"), IdentifyOptions(sensors="motor"))

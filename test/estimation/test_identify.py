@@ -120,7 +120,7 @@ def test_gaps_in_the_recording_do_no_harm() -> None:
         assert abs(p.value - COBOT_JOINT.value(key)) < 4.0 * p.std
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_cutoff_sweep_is_level_on_a_model_that_holds() -> None:
     recording = virtual_recording(COBOT_JOINT, EXPERIMENT, chain(20), seed=6)
     result = identify(recording, IdentifyOptions(cutoff_sweep=True))

@@ -22,8 +22,8 @@ def pulls(case: Case) -> dict[str, float]:
     return {key: (p.value - joint.truth[key]) / p.std for key, p in found.items()}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("index", [32, pytest.param(14, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("index", [32, 14])
 def test_friction_that_turns_over_with_speed_is_within_the_intervals(index: int) -> None:
     """FV was 6 and 3.5 standard deviations off."""
     case = case_of(461, index)

@@ -56,7 +56,7 @@ def test_without_a_link_encoder_or_a_spring_there_is_none(rigid: bool, link: Any
     assert encoder_notice({}, fit, SimpleNamespace(std=lambda _key: 1.0)) is None  # type: ignore[arg-type]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_first_moments_behind_an_eccentric_encoder_are_open_by_what_that_does() -> None:
     """MX and MY of an adversary's arms were 5 to 23 standard deviations off, trusted; MX of this one is 19."""
     plant = made(case_of(701, 11))

@@ -42,8 +42,8 @@ def test_a_loss_by_a_law_that_is_not_ours_is_not_trusted() -> None:
         assert abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, p
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("effect", ["torque_droop", pytest.param("iron_saturation", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("effect", ["torque_droop", "iron_saturation"])
 def test_a_loss_of_torque_is_named_and_measured(effect: str) -> None:
     truth = COBOT_JOINT.with_effect(effect, {"loss": LOSSES[effect]})
     found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=5), GapOptions())

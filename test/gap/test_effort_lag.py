@@ -34,7 +34,7 @@ def test_a_low_pass_of_several_samples_is_named_and_measured(link: bool) -> None
     assert found.final.parameter("K").value == pytest.approx(COBOT_JOINT.value("K"), rel=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_one_that_is_shorter_than_a_sample_is_measurement() -> None:
     assert explain(behind(1e-3), GapOptions()).findings == ()
 

@@ -123,8 +123,9 @@ def explained(law: str, sensors: str, effects: tuple[str, ...] = NAMES) -> tuple
 
 
 @pytest.mark.slow
-def test_friction_that_has_no_name_is_a_curve_that_covers_the_truth(tmp_path: Path) -> None:
-    found, recording, covered = explained("friction:hump", "motor")
+@pytest.mark.parametrize("effects", [NAMES[:1], pytest.param(NAMES, marks=pytest.mark.campaign)], ids=("alone", "all"))
+def test_friction_that_has_no_name_is_a_curve_that_covers_the_truth(effects: tuple[str, ...], tmp_path: Path) -> None:
+    found, recording, covered = explained("friction:hump", "motor", effects)
     assert [f.effect for f in found.findings] == ["motor_friction_curve"]
     assert covered >= 0.9
     assert found.after < 1.2 * found.noise_floor

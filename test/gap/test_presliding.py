@@ -12,7 +12,7 @@ from flex_ident.gap.base import fitted_base
 NUISANCES = {"presliding", "reversal_speed", "reversal_lead"}
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_the_base_leaves_bristles_that_are_certain_to_the_search_and_keeps_the_nuisance_where_told() -> None:
     options = GapOptions(sensors="motor")
     problem = fit_problem(flexible_case("lugre")[0], sensors="motor")

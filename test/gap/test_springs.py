@@ -16,9 +16,9 @@ SPRINGS = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("effect", ["soft_zone", pytest.param("viscoelastic_spring", marks=pytest.mark.campaign)])
-@pytest.mark.parametrize("link", [True, pytest.param(False, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("effect", ["soft_zone", "viscoelastic_spring"])
+@pytest.mark.parametrize("link", [True, False])
 def test_a_spring_is_named_and_measured(effect: str, link: bool) -> None:
     truth = COBOT_JOINT.with_effect(effect, SPRINGS[effect])
     found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=5, link=link), GapOptions())

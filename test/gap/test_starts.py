@@ -37,7 +37,7 @@ def test_a_delay_of_several_samples_is_scanned_together_with_the_mode(delay: flo
     assert found.model["Jm"] == pytest.approx(JOINTS["paper"].value("Jm"), rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_delay_in_which_the_base_fit_is_lost_is_named_and_measured() -> None:
     found = explain(recorded("paper", "time_delay", link=False, delay=0.0115))
     assert [f.effect for f in found.findings] == ["time_delay"]
