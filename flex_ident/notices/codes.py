@@ -332,8 +332,9 @@ class Code(StrEnum):
     )  # fmt: skip
     LINK_TAKEN_AS_RIGID = (
         "link_taken_as_rigid", "info",
-        "K holds for a link that is rigid well above the band: from the motor alone, a part of it that swings just "
-        "above the band cannot be told from another stiffness.",
+        "From the motor alone K is of all that yields with the joint, base and neighbouring joints included, and holds "
+        "for a link that is rigid well above the band: a part of it that swings just above cannot be told from another "
+        "stiffness.",
         "Read a link encoder, or sweep further up, where another mode may lie near the end of the band.",
     )  # fmt: skip
     ENCODER_TAKEN_AS_TRUE = (

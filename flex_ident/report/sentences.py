@@ -320,11 +320,13 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: run explain_gap to see what "
         "is missing."
     ),
-    Code.LINK_TAKEN_AS_RIGID: (
-        "{subject} is that of a link which is rigid above the band: {share_percent:.0f} % of it swinging just above "
-        "would make {subject} {moved_percent:+.2g} % ({moved_stds:.0f} standard deviations), and the motor alone does "
-        "not tell."
-    ),
+    Code.LINK_TAKEN_AS_RIGID: {
+        "yields": "{subject} is that of all that yields with the joint, base and neighbouring joints included: the "
+        "motor alone does not tell them apart, an encoder on the link does.",
+        "far": "{subject} is that of all that yields with the joint, base and neighbouring joints included, and of a "
+        "link which is rigid above the band: {share_percent:.0f} % of it swinging just above would make {subject} "
+        "{moved_percent:+.2g} % ({moved_stds:.0f} standard deviations), and the motor alone does not tell.",
+    },
     Code.GRAVITY_TAKEN_ALONE: (
         "{subject} holds where nothing but gravity pulls on the link: a cable or a spring of a tenth of its slope "
         "would move {subject} by {moved_percent:.2g} % ({moved_stds:.0f} standard deviations), and over this range "

@@ -45,4 +45,5 @@ def test_the_motor_alone_says_what_it_takes_for_granted() -> None:
     result = identify(recording, IdentifyOptions(sensors="motor"))
     notice = next(n for n in result.notices if n.code == "link_taken_as_rigid")
     k, truth = result.parameter("K"), COBOT_JOINT.value("K")
+    assert notice.case == "far"
     assert truth - k.value == pytest.approx(0.01 * notice.numbers["moved_percent"] * truth, rel=0.5)
