@@ -10,16 +10,28 @@ from flex_ident.simulation.terms import Term
 
 
 def _probes(scales: Scales) -> Iterator[Probe]:
-    yield in_proportion("rate", 1.0 / max(scales.duration_s, 1.0))
+    """Of all friction, and of the motor's alone: its gear warms up, and the link's bearings hardly."""
+    unit = 1.0 / max(scales.duration_s, 1.0)
+    yield in_proportion("rate", unit)
+    if len(scales.sides) > 1:
+        yield in_proportion("rate_motor", unit)
 
 
 FRICTION_DRIFT = Effect(
     name="friction_drift",
     summary="friction changes over the recording (warm-up)",
-    equation="all friction times (1 + rate t)",
+    equation="all friction times (1 + rate t), or the motor's alone times (1 + rate_motor t)",
     parameters=(
         EffectParameter(
             "rate", "1/s", "relative change of all friction in a second", Term.FRICTION_RATE, lower=-0.1, upper=0.1
+        ),
+        EffectParameter(
+            "rate_motor",
+            "1/s",
+            "the same of the motor's friction alone",
+            Term.MOTOR_FRICTION_RATE,
+            lower=-0.1,
+            upper=0.1,
         ),
     ),
     probes=_probes,

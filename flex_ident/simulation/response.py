@@ -131,10 +131,8 @@ def motor_friction(terms: Floats, motion: MotorMotion, spring_torque: Floats, si
     viscous = viscous + terms[Term.MOTOR_VISCOUS_QUADRATIC] * v * np.abs(v)
     if terms[FRICTION_CURVE.points] > 0.0:
         viscous = viscous + one_for_each_direction(*FRICTION_CURVE.of(terms), v, sign)
-    warming = 1.0
-    if terms[Term.FRICTION_RATE] != 0.0:
-        warming = 1.0 + terms[Term.FRICTION_RATE] * motion.sample_time * np.arange(v.size)
-    friction: Floats = (viscous + dry) * warming
+    rate = terms[Term.FRICTION_RATE] + terms[Term.MOTOR_FRICTION_RATE]
+    friction: Floats = (viscous + dry) * (1.0 + rate * motion.sample_time * np.arange(v.size))
     return friction
 
 

@@ -65,6 +65,7 @@ class Term(IntEnum):
     MOTOR_STRIBECK = "motor", True
     MOTOR_STRIBECK_VELOCITY = "motor", False, "MOTOR_STRIBECK"
     MOTOR_LOAD_FRICTION = "motor", False
+    MOTOR_FRICTION_RATE = "motor", False
     OFFSET = "motor", True
     RIPPLE = "motor", True
     RIPPLE_CYCLES = "motor", False, "RIPPLE"

@@ -123,6 +123,7 @@ class P(IntEnum):
     GAIN_RATE = 273
     STIFFNESS_COSINE = 274
     STIFFNESS_SINE = 275
+    WARMING_MOTOR = 276
 
 
 BASE = {
@@ -146,6 +147,7 @@ EFFECTS: dict[str, int] = {
     "load_dependent_friction.coefficient": P.LOAD_FRICTION,
     "load_dependent_friction.coefficient_link": P.LOAD_FRICTION_LINK,
     "friction_drift.rate": P.WARMING,
+    "friction_drift.rate_motor": P.WARMING_MOTOR,
     "gravity.MX": P.MASS_X,
     "gravity.MY": P.MASS_Y,
     "cable_torque.stiffness": P.CABLE_STIFFNESS,
@@ -204,7 +206,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.STIFFNESS_SINE) + 1
+SIZE = int(P.WARMING_MOTOR) + 1
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

@@ -23,7 +23,8 @@ FVM, FSM, FV, FS = int(P.MOTOR_VISCOUS), int(P.MOTOR_DRY), int(P.LINK_VISCOUS), 
 MX, MY, CONSTANT = int(P.MASS_X), int(P.MASS_Y), int(P.CONSTANT)
 ST, ST_V, ST_L, ST_VL = int(P.STRIBECK), int(P.STRIBECK_SPEED), int(P.STRIBECK_LINK), int(P.STRIBECK_SPEED_LINK)
 AS, AS_L, QU, QU_L = int(P.ASYMMETRY), int(P.ASYMMETRY_LINK), int(P.QUADRATIC), int(P.QUADRATIC_LINK)
-LF, LF_L, WARM = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK), int(P.WARMING)
+LF, LF_L = int(P.LOAD_FRICTION), int(P.LOAD_FRICTION_LINK)
+WARM, WARM_M = int(P.WARMING), int(P.WARMING_MOTOR)
 CUBIC, PLAY, DAHL, DAHL_D = int(P.CUBIC), int(P.PLAY), int(P.DAHL_TORQUE), int(P.DAHL_DEFLECTION)
 DAMP, RIPPLE, GEAR = int(P.SPRING_DAMPING), int(P.RIPPLE), int(P.GEAR_ERROR)
 BEND, BEND_ST, BEND_V = int(P.BRISTLE_DEFLECTION), int(P.BRISTLE_STRIBECK), int(P.BRISTLE_STRIBECK_SPEED)
@@ -215,14 +216,18 @@ def softly_kicked(
 
 @compiled
 def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> None:
-    """Advance the masses in `state` (STATE,) by `h` s under the motor's `torque`, N m, friction times `warm`."""
+    """Advance the masses in `state` (STATE,) by `h` s under the motor's `torque`, N m.
+
+    All friction is times `warm`; the motor's may warm up by itself as well.
+    """
     a, va, b, vb, c, vc = state[0], state[1], state[2], state[3], state[4], state[5]
     flexible = p[STIFFNESS] > 0.0
     va_before, vb_before, swing = va, vb, state[BASE_ACCELERATION]
     a += 0.5 * h * va
     b += 0.5 * h * vb
     c += 0.5 * h * vc
-    push = torque - p[CONSTANT] - warm * (p[AS] * abs(va) + p[QU] * va * abs(va))
+    hot = warm + p[WARM_M] * state[TIME]
+    push = torque - p[CONSTANT] - hot * (p[AS] * abs(va) + p[QU] * va * abs(va))
     push -= periodic(p, RIPPLE, a) + p[JM] * swing
     if flexible:
         gear = ratio_of(p, GEAR, a)
@@ -247,14 +252,14 @@ def stepped(p: Floats, state: Floats, torque: float, h: float, warm: float) -> N
         if side.shape[0] > 0:
             slowest = side[0, 1] if forwards else side[-1, 1]
             dry += slowest if forwards else -slowest
-            push -= warm * (looked_up(side, va) - slowest)
+            push -= hot * (looked_up(side, va) - slowest)
     if p[BEND] > 0.0:
         state[BENT] = bristle_force(p, state[BENT], va, dry, h)
-        va = kicked(va, p[JM], push - warm * state[BENT], warm * p[FVM], 0.0, 0.0, 0.0, h)
+        va = kicked(va, p[JM], push - hot * state[BENT], hot * p[FVM], 0.0, 0.0, 0.0, h)
     elif p[SOFT] > 0.0:
-        va = softly_kicked(p, va, p[JM], push, warm * p[FVM], warm * dry, h)
+        va = softly_kicked(p, va, p[JM], push, hot * p[FVM], hot * dry, h)
     else:
-        va = kicked(va, p[JM], push, warm * p[FVM], warm * dry, warm * p[ST], p[ST_V], h)
+        va = kicked(va, p[JM], push, hot * p[FVM], hot * dry, hot * p[ST], p[ST_V], h)
     a += 0.5 * h * va
     if flexible:
         heavy, back = weight(p, b), 0.0

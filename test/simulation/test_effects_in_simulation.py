@@ -18,7 +18,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "viscous_asymmetry": {"coefficient": 2.0},
     "viscous_nonlinearity": {"coefficient": 3.0},
     "load_dependent_friction": {"coefficient": 0.05},
-    "friction_drift": {"rate": 0.02},
+    "friction_drift": {"rate": 0.02, "rate_motor": -0.03},
     "nonlinear_stiffness": {"cubic": 4e8},
     "backlash": {"gap": 5e-4},
     "motor_encoder_error": {

@@ -62,6 +62,7 @@ def test_the_plant_knows_every_parameter_of_the_catalogue() -> None:
         ("viscous_nonlinearity", {"coefficient_link": 1.5}, lambda v: 1.5 * v * abs(v)),
         ("load_dependent_friction", {"coefficient": 0.2}, lambda v: 0.2 * (2.0 * v + np.sign(v))),
         ("friction_drift", {"rate": 0.05}, lambda v: 0.05 * 5.0 * (10.0 * v + 5.0 * np.sign(v))),
+        ("friction_drift", {"rate_motor": 0.05}, lambda v: 0.05 * 5.0 * (8.0 * v + 4.0 * np.sign(v))),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("velocity", [0.3, -0.7])
