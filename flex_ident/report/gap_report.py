@@ -96,7 +96,8 @@ def _where(e: GapExplanation, figures: Mapping[str, bytes]) -> Section:
 
 
 def _meaning(e: GapExplanation, p: Parameter) -> str:
-    return meaning_of(p.key, rigid=e.final.model.rigid, prismatic=p.unit == PRISMATIC_UNITS.get(p.key))
+    prismatic = p.unit == PRISMATIC_UNITS.get(p.key)
+    return meaning_of(p.key, rigid=e.final.model.rigid, prismatic=prismatic, alone=e.sensors == "motor")
 
 
 def _model(e: GapExplanation) -> Section:

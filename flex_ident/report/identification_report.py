@@ -76,7 +76,7 @@ def _parameters(result: Identification) -> Section:
         Row(
             (
                 *parameter_row(p)[:5],
-                meaning_of(p.key, rigid=result.model.rigid, prismatic=_prismatic(p)),
+                meaning_of(p.key, rigid=result.model.rigid, prismatic=_prismatic(p), alone=result.sensors == "motor"),
                 "yes" if p.identifiable else "no",
             ),
             not p.identifiable,

@@ -21,8 +21,10 @@ MEANING = {
 }  # fmt: skip
 
 
-def meaning_of(key: str, *, rigid: bool = False, prismatic: bool = False) -> str:
-    """What a key stands for, in words."""
+def meaning_of(key: str, *, rigid: bool = False, prismatic: bool = False, alone: bool = False) -> str:
+    """What a key stands for, in words; `alone`: seen from the motor alone, where stiffness is of all that yields."""
+    if alone and key == "K":
+        return "stiffness seen from the motor"
     effect, name = key_parts(key)
     words = MEANING.get(key, f"{effect}: {name}".replace("_", " ") if effect is not None else "")
     if prismatic:
@@ -75,14 +77,14 @@ def rounded(value: float, std: float) -> str:
     return f"{value:.{decimals}f}" if decimals < 9 else f"{value:.4g}"
 
 
-def parameter_row(p: Parameter, *, rigid: bool = False) -> tuple[str, str, str, str, str, str]:
+def parameter_row(p: Parameter, *, rigid: bool = False, alone: bool = False) -> tuple[str, str, str, str, str, str]:
     """Key, value, 2 sigma, % sigma, unit and meaning of one parameter, as text."""
     value = rounded(p.value, p.std)
     two = rounded(2.0 * p.std, 2.0 * p.std) if math.isfinite(p.std) else "-"
     share = f"{p.relative_std_percent:.2g}" if p.relative_std_percent < 1e4 else "-"
     if p.at_bound:
         two, share = "at bound", "-"
-    meaning = meaning_of(p.key, rigid=rigid, prismatic=p.unit == PRISMATIC_UNITS.get(p.key))
+    meaning = meaning_of(p.key, rigid=rigid, prismatic=p.unit == PRISMATIC_UNITS.get(p.key), alone=alone)
     if not p.identifiable:
         meaning = f"{meaning} (not identifiable)".strip()
     return p.key, value, two, share, p.unit, meaning
@@ -104,9 +106,9 @@ def result_text(result: Identification) -> str:
     """The result for a person at a terminal: verdict, table, modes, errors, warnings."""
     lines = [f"{result.joint}: {result.verdict}  (sensors {result.sensors}, method {result.method})", ""]
     header = ("parameter", "value", "± 2σ", "%σ", "unit", "")
-    lines.append(
-        text_table(header, [parameter_row(p, rigid=result.model.rigid) for p in result.parameters], right=(1, 2, 3))
-    )
+    rigid, alone = result.model.rigid, result.sensors == "motor"
+    rows = [parameter_row(p, rigid=rigid, alone=alone) for p in result.parameters]
+    lines.append(text_table(header, rows, right=(1, 2, 3)))
     if result.combined:
         lines += ["", text_table(header, [parameter_row(p) for p in result.combined], right=(1, 2, 3))]
     lines.append("")

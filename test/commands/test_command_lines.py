@@ -122,6 +122,7 @@ def test_what_slides_has_a_mass() -> None:
     assert parameter_row(Parameter("J", 95.0, 0.2, "kg"), rigid=True)[5] == "mass"
     assert parameter_row(Parameter("J", 95.0, 0.2, "kg m^2"), rigid=True)[5] == "inertia"
     assert meaning_of("offset", prismatic=True) == "constant motor force"
+    assert meaning_of("K", alone=True) == "stiffness seen from the motor"
 
 
 @pytest.mark.parametrize("command", ["identify_bag", "explain_gap"])
