@@ -40,5 +40,5 @@ def test_stiffness_is_right_whatever_moves_the_link_and_however_late_it_is_read(
         found = motor_equation(played(late_s, skew_s, seed))
         assert found.stiffness.identifiable
         assert abs(found.stiffness.value - K) < 4.0 * found.stiffness.std
-        assert found.stiffness.std < 1e-3 * K
+        assert found.stiffness.std < 3e-3 * K
         assert found.error_percent < 1.2  # of it 0.5 are noise, and the rest reversals between samples
