@@ -155,7 +155,7 @@ def motor_equation(n: Notice) -> str:
     k, std, left, skew = (n.numbers[key] for key in ("K", "std", "left_percent", "least_skew_s"))
     text = (
         "the motor's equation alone (eq. 6), which holds whatever moves the link, gives "
-        f"K = {k:.2g} ± {2 * std:.1g} {n.texts['unit']} (2σ) with {left:.0f} % of the torque left"
+        f"K = {k:.3g} ± {2 * std:.1g} {n.texts['unit']} (2σ) with {left:.0f} % of the torque left"
     )
     if skew > 0.0:
         text += (
