@@ -87,13 +87,12 @@ def test_cubic_stiffness_is_named_from_the_motor_alone() -> None:
 
 @pytest.mark.slow
 @pytest.mark.campaign
-def test_friction_that_jumps_at_an_angle_is_nobodys_effect_and_the_region_is_told() -> None:
+def test_friction_that_jumps_at_an_angle_is_friction_that_varies_with_it() -> None:
+    """Harmonic by harmonic, of 1, 3 and 5 times one spatial frequency, as a step has them."""
     plain = recorded(link=False)
     velocity = np.gradient(plain.motor_position) * plain.sample_rate_hz
     jump = 4.0 * np.sign(velocity) * (plain.motor_position > 0.02)
     found = explain(replace(plain, motor_torque=plain.motor_torque + jump))
-    assert found.findings == ()
-    assert found.verdict == "unexplained"
-    assert found.unexplained
-    assert found.after == found.before > 2.0 * found.noise_floor
+    assert {f.effect for f in found.findings} == {"position_dependent_friction"}
+    assert found.after < 0.25 * found.before
     assert any(r.variable == "motor_position" for r in found.where)
