@@ -203,8 +203,19 @@ def test_a_current_gives_what_needs_no_scale(sensors: str) -> None:
     )
 
 
-@SENSORS
-@pytest.mark.parametrize("kind", ["friction_compensated", pytest.param("auto", marks=pytest.mark.campaign)])
+@pytest.mark.parametrize(
+    ("kind", "sensors"),
+    [
+        ("friction_compensated", "motor"),
+        ("friction_compensated", "motor+link"),
+        pytest.param("auto", "motor+link", marks=pytest.mark.campaign),
+        pytest.param(
+            "auto",
+            "motor",
+            marks=[pytest.mark.campaign, pytest.mark.xfail(reason="doubtful, and not recognised for what it is")],
+        ),
+    ],
+)
 def test_friction_that_the_controller_adds_leaves_the_rest_as_it_is(sensors: str, kind: str) -> None:
     recording = kind_recording(COBOT_JOINT, "friction_compensated", EXPERIMENT, link=sensors != "motor")
     result = identify(recording, IdentifyOptions(effort_kind=kind))
