@@ -14,16 +14,8 @@ from flex_ident.parameters import UNITS, Parameter
 from flex_ident.recording import Recording
 from flex_ident.regression.least_squares import least_squares
 from flex_ident.regression.observation import clean_observation
-from flex_ident.regression.thresholds import DETERMINED
+from flex_ident.regression.thresholds import CORRELATION_S, DETERMINED, HIGHEST_BAND_HZ, OWN_ERROR
 
-HIGHEST_BAND_HZ = 15.0
-"""The deflection follows the torque; far above, the link encoder's skew and noise dominate it. Of an adversary's arms,
-looked at, K was up to 2.9 standard deviations off with 10 Hz, 2.5 with 15, and that of a light wrist 4.8 with 25."""
-CORRELATION_S = 0.2
-OWN_ERROR = 0.002
-"""Share of K that the equation leaves open by itself, one standard deviation: a low-pass in the effort is more than
-late, dry friction turns over between samples. Of an adversary's 78 arms, looked at, half are within 0.05 %, and a
-low-pass of 150 Hz makes 0.35."""
 NAMES = ("Jm", "FVm", "FSm", "offset", "K", "jerk", "deflection_rate")
 
 

@@ -34,7 +34,7 @@ def test_nothing_is_named_where_nothing_is_missing(model: JointModel, sensors: s
 @pytest.mark.parametrize(
     ("effect", "parameters", "sensors"),
     [
-        # The rest is twice the noise: where play strikes hangs on the encoder's rounding, which is not all of it.
+        # Twice the noise is left: simulated play does not strike at exactly the same moment as the joint's.
         pytest.param("backlash", {"gap": 6e-4}, "motor+link", marks=pytest.mark.campaign),
         pytest.param(
             "torque_ripple",

@@ -1,8 +1,8 @@
 """An elbow on a shoulder that is braked and yields: two flexible joints of a planar arm, driven at the second motor.
 
 Nothing is shared with the estimator: both links and the elbow's motor forward in time, semi-implicit Euler at 20 kHz,
-dry friction by what stops within a step. Angles are small enough for a constant matrix of inertia; the rotor is geared
-high, so that it feels the angle to its own link alone (Spong 1987).
+the motor's dry friction by what stops within a step, the link's a steep tanh of speed. Angles are small enough for a
+constant matrix of inertia; the rotor is geared high, so that it feels the angle to its own link alone (Spong 1987).
 """
 
 from __future__ import annotations
