@@ -21,6 +21,7 @@ TORQUE_OFFSET = Effect(
     parameters=(EffectParameter("offset", "N m", "constant motor torque", Term.OFFSET),),
     probes=_probes,
     where="motor",
+    shown_by=("offset",),
     signature="a constant residual, the same in both directions",
     bin_by="velocity_sign",
     confused_with=("gravity",),

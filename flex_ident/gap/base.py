@@ -29,7 +29,7 @@ SEARCH_ROUNDS = ((10, 1e-5), (8, 1e-5))
 
 @dataclass(frozen=True)
 class GapBase:
-    """The base model of a search, and the effects that nuisances left out of it stood for until then."""
+    """The base model of a search, and the effects that keys and nuisances left out of it stood for until then."""
 
     kinds: KindFit
     stood_for: tuple[Effect, ...]
@@ -47,16 +47,16 @@ def fitted_base(problem: FitProblem, options: GapOptions, whole: KindFit | None 
     whole = whole or _whole(problem, options)
     fit, keys = whole.fit, tuple(k for k in whole.fit.free if k not in whole.solver.priors)
     problem = whole.solver.problem
-    constant = "offset" in keys and not (problem.rigid or options.prismatic) and _shows_offset(problem, fit)
-    stood_for = () if options.nuisances_stay else _stood_for(problem, fit, options)
-    if not constant and not stood_for and not _late(problem, fit.values):
+    stood_for = _stood_for(problem, fit, keys, options)
+    if not stood_for and not _late(problem, fit.values):
         return GapBase(whole, (), whole)
     known = known_beforehand(whole.solver)
-    few = tuple(k for k in keys if not (constant and k == "offset"))
+    shown_by = {k for effect in stood_for for k in effect.shown_by}
+    few = tuple(k for k in keys if k not in shown_by)
     near = fit.values.only([k for k in fit.values if k in few or _given(k)])
     few = tuple(k for k in few if k not in known)
     priors = {**base_priors(problem, few, late_samples=1.0), **known}
-    for key in (k for effect in stood_for for k in effect.shown_by):
+    for key in shown_by:
         priors.pop(key, None)
     return GapBase(whole.refitted(*base_fit(problem, few, near, priors)), stood_for, whole)
 
@@ -78,19 +78,22 @@ def _given(key: str) -> bool:
     return key == GRAVITY_REMOVED or is_fixed(key)
 
 
-def _stood_for(problem: FitProblem, fit: Fit, options: GapOptions) -> tuple[Effect, ...]:
-    """The effects that may be sought and that a nuisance stands for beyond doubt."""
+def _stood_for(problem: FitProblem, fit: Fit, keys: Sequence[str], options: GapOptions) -> tuple[Effect, ...]:
+    """The effects that may be sought and that a nuisance, or one of the base's `keys`, stands for beyond doubt.
+
+    A constant is the joint's own where it slides or is rigid, and where the effort is without gravity: there it is what
+    the controller holds it with.
+    """
     uncertainty = uncertainty_of(fit, problem.rate_hz)
+    own = problem.rigid or options.prismatic or GRAVITY_REMOVED in fit.values
     return tuple(
         e for e in CATALOGUE.values()
-        if (not options.effects or e.name in options.effects)
-        and any(abs(fit.values[k]) > CERTAIN * uncertainty.std(k) > 0.0 for k in e.shown_by if k in fit.free)
+        if (not options.effects or e.name in options.effects) and e.name not in options.staying
+        and any(
+            abs(fit.values[k]) > CERTAIN * uncertainty.std(k) > 0.0
+            for k in e.shown_by if k in fit.free and not (own and k in keys)
+        )
     )  # fmt: skip
-
-
-def _shows_offset(problem: FitProblem, fit: Fit) -> bool:
-    std = uncertainty_of(fit, problem.rate_hz).std("offset")
-    return abs(fit.values["offset"]) > CERTAIN * std > 0.0
 
 
 def _late(problem: FitProblem, values: Values) -> bool:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.effects import effect_named
+from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.effects.probe import Probe
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.estimate import fit_problem, validation_blocks
@@ -102,7 +102,7 @@ def carried_over(
     sensors = chosen_sensors(recording, options.sensors)
     recording, kind = as_told(*with_gravity_told(recording, options.effort_kind, sensors, rigid=options.rigid))
     names = tuple(c.effect for c in (*own, *carried))
-    options = replace(options, effort_kind=kind, effects=names, add=(), nuisances_stay=not names)
+    options = replace(options, effort_kind=kind, effects=names, add=(), staying=() if names else tuple(CATALOGUE))
     problem = fit_problem(
         recording, sensors=sensors, rigid=options.rigid,
         first_mode_hz=options.first_mode_hz, band_hz=options.band_hz,

@@ -80,8 +80,9 @@ def explain(
             raise
         return _explained_as_rigid(recording, options, progress, rigid)
     report(0.2, "screening")
-    if base.stood_for and _nothing_left(base) and not _borne_out(recording, base, options):
-        base = fitted_base(problem, replace(options, nuisances_stay=True), base.whole)
+    if base.stood_for and _nothing_left(base):
+        options = replace(options, staying=(*options.staying, *_not_borne_out(recording, base, options)))
+        base = fitted_base(problem, options, base.whole)
     kinds, stood_for = base.kinds, {effect.name for effect in base.stood_for}
     solver, fit = kinds.solver, kinds.fit
     problem = solver.problem
@@ -90,11 +91,12 @@ def explain(
         searching, start = search_start(_coarse(recording, problem, options), solver, fit)
     except ExcitationError:  # at the edge of what can be simulated, fewer samples or other weights go beyond it
         searching, start = solver, fit
-    search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text))
+    search = searched(searching, start, options, lambda x, text: report(0.2 + 0.6 * x, text), sure=stood_for)
     report(0.82, "measuring the gap on data not fitted")
     search, gaps, estimate = judged_again(search, searching, start, (solver, fit), problem, options)
-    if not stood_for <= {a.trial.effect for a in search.accepted}:  # then the nuisance was what it was taken for
-        return explain(recording, replace(options, nuisances_stay=True), progress=progress)
+    lost = tuple(stood_for - {a.trial.effect for a in search.accepted})
+    if lost:  # then what stood for them was what it was taken for
+        return explain(recording, replace(options, staying=(*options.staying, *lost)), progress=progress)
     report(0.92, "describing what is left")
     final = _final(recording, of_kind(estimate, kinds), sensors)
     determined = all(
@@ -163,15 +165,15 @@ def _nothing_left(base: GapBase) -> bool:
     return not left.structured(left.gap)
 
 
-def _borne_out(recording: Recording, base: GapBase, options: GapOptions) -> bool:
-    """Whether the effects that nuisances stand for are found where they are sought alone."""
+def _not_borne_out(recording: Recording, base: GapBase, options: GapOptions) -> tuple[str, ...]:
+    """The effects that the base left something out for and that are not found where they are sought alone."""
     names = tuple(effect.name for effect in base.stood_for if effect.name not in options.add)
     if not names or not options.searching:
-        return True
+        return ()
     coarse = _coarse(recording, base.kinds.solver.problem, options)
-    own = replace(options, effects=names, add=())
-    found = searched(*search_start(coarse, base.kinds.solver, base.kinds.fit), own, lambda _share, _text: None)
-    return {*names} <= {a.trial.effect for a in found.accepted}
+    own, start = replace(options, effects=names, add=()), search_start(coarse, base.kinds.solver, base.kinds.fit)
+    found = searched(*start, own, lambda _share, _text: None, sure=names)
+    return tuple(name for name in names if all(name != a.trial.effect for a in found.accepted))
 
 
 def _explained_as_rigid(

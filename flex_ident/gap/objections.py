@@ -151,16 +151,19 @@ def own_error_of(solver: SteadyFit, accepted: Sequence[tuple[str, Fit, Fit]]) ->
 def _changes(solver: SteadyFit, before: Values, after: Values) -> dict[str, float]:
     """By how much the predicted torque and, with a link encoder, the predicted deflection change, each relative.
 
-    Where the motor sticks nothing counts: friction is what no model can know there.
+    Where the motor sticks nothing counts: friction is what no model can know there. A constant counts in the torque,
+    where it is an effect, and not in the deflection, where it is the encoders' zero.
     """
     problem, rows = solver.problem, counted(solver.problem, solver.problem.usable)
     sizes = {"torque": float(np.std(problem.torque[rows]))}
     if problem.link is not None:
         sizes["deflection"] = float(np.std((problem.motion.position[:: problem.decimation] - problem.link)[rows]))
     one, two = problem.residuals(before), problem.residuals(after)
-    return {
-        name: float(np.std((b - a)[rows])) / size for (name, size), a, b in zip(sizes.items(), one, two, strict=True)
-    }
+    changes = {name: (b - a)[rows] for name, a, b in zip(sizes, one, two, strict=True)}
+    sized = {"torque": float(np.sqrt(np.mean(changes["torque"] ** 2)))}
+    if "deflection" in changes:
+        sized["deflection"] = float(np.std(changes["deflection"]))
+    return {name: size / sizes[name] for name, size in sized.items()}
 
 
 def _own_changes(solver: SteadyFit, fit: Fit, candidate: Candidate) -> dict[str, float]:

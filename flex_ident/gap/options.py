@@ -34,8 +34,8 @@ class GapOptions:
     band_hz: float | None = None
     searching: bool = True
     """Whether to look for effects beside those that are added."""
-    nuisances_stay: bool = False
-    """Also those that stand for an effect which is certain: for when the search did not find it."""
+    staying: tuple[str, ...] = ()
+    """Effects that the base keeps what stands for them of, although it is certain: the search did not find them."""
 
     def __post_init__(self) -> None:
         if self.sensors not in SENSORS:

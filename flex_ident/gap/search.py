@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -44,8 +44,13 @@ NOTHING_LEFT, RUNS_AWAY = Reason(Why.NOTHING_LEFT), Reason(Why.RUNS_AWAY)
 OTHERS = Reason(Why.OTHERS_EXPLAIN_MORE)
 
 
-def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progress) -> Search:
-    """The search from a base fit. Raises DataError when an effect that was asked for cannot be added."""
+def searched(
+    solver: SteadyFit, base: Fit, options: GapOptions, progress: Progress, *, sure: Collection[str] = ()
+) -> Search:
+    """The search from a base fit. Raises DataError when an effect that was asked for cannot be added.
+
+    `sure`: effects that the base left something out for. They are sought although no more than noise is left.
+    """
     search = Search(solver, base, base)
     for name in options.add:
         search = _added_by_hand(search, name, options)
@@ -58,12 +63,14 @@ def searched(solver: SteadyFit, base: Fit, options: GapOptions, progress: Progre
         found = _scored(search, options)
         left = remainder(search.solver, search.fit)
         if _is_noise(left):
-            _leave(search, found)
+            _leave(search, [s for s in found if s.candidate.effect not in sure])
+            found = [s for s in found if s.candidate.effect in sure]
+        if not found:
             break
         trials = _trials(search, found, options, partial(_part, progress, share))
         if _is_nothing(left):
             trials = [_doubted(t) for t in trials]
-        best = next((t for t in trials if not t.objection), None)
+        best = _best(trials, sure)
         for t in trials:
             if t is not best and t.objection is not None:
                 search.rejected[t.effect] = Rejected(t.effect, max(0.0, t.share), t.objection)
@@ -148,6 +155,15 @@ def _trials(search: Search, found: list[Score], options: GapOptions, progress: P
     if deep is not None:
         _search_deeply(search, deep, options, trials, own, progress)
     return sorted(trials, key=lambda t: -t.evidence)
+
+
+def _best(trials: Sequence[Trial], sure: Collection[str]) -> Trial | None:
+    """The first trial that nothing speaks against, or one of a `sure` effect that closes nearly as much: identification
+    fits it, and what imitates it with more numbers than it has comes second."""
+    sound = [t for t in trials if not t.objection]
+    if not sound:
+        return None
+    return next((t for t in sound if t.effect in sure and t.share > ENOUGH * sound[0].share), sound[0])
 
 
 def _moved_on(search: Search, best: Trial) -> Trial:

@@ -12,7 +12,7 @@ import numpy as np
 
 from flex_ident.bags.run_file import run_conditions
 from flex_ident.configuration.settings import Value
-from flex_ident.effects import effect_named
+from flex_ident.effects import CATALOGUE, effect_named
 from flex_ident.errors import ExcitationError, FlexIdentError, UsageError
 from flex_ident.gap import GapExplanation, explain
 from flex_ident.gap.alike import aligned
@@ -169,7 +169,7 @@ class SecondStage:
         self.progress(f"explaining {self.names[i]} again", 0.0)
         options = replace(
             self.options, add=add, effects=tuple(dict.fromkeys(add)), searching=False,
-            rigid=self.results[i].model.rigid, nuisances_stay=not add,
+            rigid=self.results[i].model.rigid, staying=() if add else tuple(CATALOGUE),
         )  # fmt: skip
         try:
             found = explain(self.recordings[i], options)

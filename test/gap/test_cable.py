@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from functools import cache
 
 import pytest
-from named_cases import COBOT
-from plants.cases import Case
-from plants.experiment import Made, made
-from plants.joints import SIZES
+from cobot_far_moved import COBOT, NARROW, WIDE, played
 from plants.laws import GRAVITY, Joint
 from recordings import recording_of
 
@@ -22,18 +17,9 @@ from flex_ident.parameters import Identification
 from flex_ident.parameters.values import Values
 
 WEIGHT = GRAVITY * math.hypot(COBOT.MX, COBOT.MY)
-NARROW, WIDE = 0.1, 0.5
 SPRING = COBOT._replace(cable=0.3 * WEIGHT, cable_rest=0.2)
 BALANCED = COBOT._replace(cable=-0.3 * WEIGHT, cable_rest=-0.4)
 LEVER = COBOT._replace(double=0.15 * WEIGHT, double_phase=0.5)
-
-
-@cache
-def played(joint: Joint, travel: float, seed: int = 7110) -> Made:
-    """The joint moved over `travel` rad to each side, twice that while it is slow."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(SIZES, "cobot", replace(SIZES["cobot"], travel=travel))
-        return made(Case(seed, 0, "cobot", "p_pi", "rich", 500.0, 2, True, "coulomb_stepping", "command"), joint)
 
 
 def identified(joint: Joint, travel: float, sensors: str) -> Identification:

@@ -19,7 +19,7 @@ def test_the_base_leaves_bristles_that_are_certain_to_the_search_and_keeps_the_n
     base = fitted_base(problem, options)
     assert [effect.name for effect in base.stood_for] == ["presliding_friction"]
     assert "presliding" not in base.kinds.fit.free
-    kept = fitted_base(problem, GapOptions(sensors="motor", nuisances_stay=True), base.whole)
+    kept = fitted_base(problem, GapOptions(sensors="motor", staying=("presliding_friction",)), base.whole)
     assert kept.stood_for == ()
     assert set(kept.kinds.fit.free) >= NUISANCES
     other = GapOptions(sensors="motor", effects=("backlash",))  # an effect that may not be sought is not left out
