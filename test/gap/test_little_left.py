@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flex_ident.gap.search import _doubted, _is_noise, _is_nothing
+from flex_ident.gap.search import _best, _doubted, _is_noise, _is_nothing
 from flex_ident.likelihood.remainder import LinkRemainder, Remainder
 from flex_ident.notices import Reason, Why
 from flex_ident.report.reasons import reason_text
@@ -20,6 +20,7 @@ class Tried:
 
     share: float
     objection: Reason | None = None
+    effect: str = "cable_torque"
 
 
 def left(gap: float, *, own_error: float = 0.3, link_gap: float = 0.0) -> Remainder:
@@ -49,3 +50,15 @@ def test_of_what_may_be_the_methods_own_error_a_part_is_no_evidence() -> None:
     assert "77 % only" in reason_text(_doubted(part).objection)
     assert _doubted(whole) is whole
     assert _doubted(refused) is refused
+
+
+def test_what_identification_fits_itself_comes_before_what_imitates_it() -> None:
+    first: Any = Tried(0.96)
+    constant: Any = Tried(0.95, effect="torque_offset")
+    half: Any = Tried(0.5, effect="torque_offset")
+    refused: Any = Tried(0.96, Reason(Why.WITHIN_NOISE), "torque_offset")
+    assert _best([first, constant], ["torque_offset"]) is constant
+    assert _best([first, constant], []) is first
+    assert _best([first, half], ["torque_offset"]) is first
+    assert _best([first, refused], ["torque_offset"]) is first
+    assert _best([refused], ["torque_offset"]) is None
