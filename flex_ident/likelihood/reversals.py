@@ -98,18 +98,23 @@ def stuck(problem: FitProblem) -> NDArray[np.bool_]:
 
 
 def friction_marks(problem: FitProblem) -> tuple[Mark, ...]:
-    """What an unknown friction of 1 N m adds to the filtered and decimated torque, a mark a stretch."""
+    """What an unknown friction of 1 N m adds to the filtered and decimated torque: two marks a stretch.
+
+    One of a friction that is the same over the whole stretch, and one of a friction that turns over evenly along it
+    where the model lets it turn over in the middle at once: half of it too little before, and half too much after.
+    """
     rate, d = problem.recording.sample_rate_hz, problem.decimation
     reach = max(4, round(REACH_PERIODS / problem.cutoff_hz * problem.rate_hz))
     length = fft.next_fast_len(8 * (reach + 1) * d, real=True)
     impulse = fft.irfft(lowpass_response(fft.rfftfreq(length, 1.0 / rate), problem.cutoff_hz), length)
     answer = np.cumsum(np.roll(impulse, length // 2))  # to a step that begins at length // 2
+    places = np.arange(length)
     found = []
     for first, last in standstills(problem):
         begin = max(0, first // d - reach)
         moments = np.arange(begin, min(problem.time.size, last // d + reach + 1)) * d + length // 2
-        shape = answer[np.clip(moments - first, 0, length - 1)] - answer[np.clip(moments - last, 0, length - 1)]
-        found.append(Mark(begin, shape))
+        start, middle, end = (np.interp(moments - at, places, answer) for at in (first, 0.5 * (first + last), last))
+        found += [Mark(begin, start - end), Mark(begin, 0.5 * (start - 2.0 * middle + end))]
     return tuple(found)
 
 

@@ -1,7 +1,13 @@
 """Weights of residuals where friction at standstill is unknown, against the covariance written out."""
 
-import numpy as np
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
+import pytest
+
+from flex_ident.filtering.spectral import lowpass_response
+from flex_ident.likelihood import reversals
 from flex_ident.likelihood.reversals import Mark, ReversalWeights
 from flex_ident.likelihood.whitening import Whitening
 
@@ -39,3 +45,25 @@ def test_friction_that_was_added_is_found_again() -> None:
     found = ReversalWeights(marks(), FRICTION, whitening, rows).friction(whitening(residual), COUNT)
     np.testing.assert_allclose(found[60:72], added, atol=0.2)
     np.testing.assert_allclose(found[80:140], 0.0)
+
+
+@pytest.mark.parametrize("last", [120, 121])
+def test_friction_that_turns_over_along_a_stretch_is_within_what_the_marks_allow(
+    monkeypatch: pytest.MonkeyPatch, last: int
+) -> None:
+    first, rate, decimation, cutoff = 100, 1000.0, 5, 20.0
+    monkeypatch.setattr(reversals, "standstills", lambda _problem: [(first, last)])
+    problem: Any = SimpleNamespace(
+        recording=SimpleNamespace(sample_rate_hz=rate), decimation=decimation, cutoff_hz=cutoff,
+        rate_hz=rate / decimation, time=np.zeros(400 // decimation),
+    )  # fmt: skip
+    whole, turning = reversals.friction_marks(problem)
+    at = np.arange(400)
+    evenly = np.clip(1.0 - 2.0 * (at - first + 0.5) / (last - first), -1.0, 1.0)
+    at_once = np.sign(0.5 * (first + last) - at - 0.5)
+    response = lowpass_response(np.fft.rfftfreq(800, 1.0 / rate), cutoff)
+    for mark, friction in ((whole, np.where((at >= first) & (at < last), 1.0, 0.0)), (turning, at_once - evenly)):
+        seen = np.fft.irfft(response * np.fft.rfft(np.pad(friction, (0, 400))), 800)[:400:decimation]
+        shape = seen[mark.first : mark.first + mark.shape.size]
+        assert shape @ mark.shape > 0.99 * np.linalg.norm(shape) * np.linalg.norm(mark.shape)
+        assert 0.99 < np.linalg.norm(mark.shape) / np.linalg.norm(shape) < 1.7
