@@ -11,6 +11,7 @@ from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.notices import Code, Notice
 from flex_ident.recording.instants import evened, grid_index, period_of, rough_period
 from flex_ident.recording.magnitudes import magnitude_notices
+from flex_ident.recording.noise import resolution
 from flex_ident.recording.recording import (
     FASTEST_HZ,
     Floats,
@@ -48,6 +49,7 @@ def _sampling(signal: Signal, motor: Signal, same: Sampling | None) -> Sampling:
             source=signal.source,
             clock=signal.clock,
             dropped_nonfinite=signal.dropped_nonfinite,
+            step=resolution(signal.values),
         )
     steps = np.diff(signal.time)
     period = period_of(signal.time)
@@ -67,6 +69,7 @@ def _sampling(signal: Signal, motor: Signal, same: Sampling | None) -> Sampling:
         dropped_nonfinite=signal.dropped_nonfinite,
         dropped_duplicates=signal.dropped_duplicates,
         dropped_backwards=signal.dropped_backwards,
+        step=resolution(signal.values),
     )
 
 

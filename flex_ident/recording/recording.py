@@ -79,6 +79,9 @@ class Sampling:
     dropped_nonfinite: int = 0
     dropped_duplicates: int = 0
     dropped_backwards: int = 0
+    step: float = 0.0
+    """The step of the values as they were recorded, in their unit: an encoder's count, or next to nothing. Splines
+    through stamps that jitter leave no steps."""
 
 
 @dataclass(frozen=True)

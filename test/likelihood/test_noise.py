@@ -17,7 +17,8 @@ from flex_ident.likelihood.noise import (
 )
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.values import Values
-from flex_ident.recording import Recording
+from flex_ident.recording import Recording, Signal
+from flex_ident.recording.alignment import aligned_recording
 
 MOTION = 200.0 * chirp(TIME, 0.1, TIME[-1], 0.8 * CUTOFF, "logarithmic")
 COLOURS = {
@@ -108,6 +109,22 @@ def test_what_rounding_does_through_a_spring_is_foretold() -> None:
     (foretold,) = encoder_noise(rounded, SPRING)
     rows = rounded.usable
     assert np.std(foretold[rows]) == pytest.approx(np.std(done[rows]), rel=0.35)
+
+
+@pytest.mark.parametrize("jitter_s", [0.0, 5e-6, 1e-4])
+def test_rounding_is_known_at_a_low_rate_whether_stamps_jitter_or_not(jitter_s: float) -> None:
+    rng, time = np.random.default_rng(2), np.arange(8000) / 250.0
+    smooth = 0.3 * np.sin(2.0 * np.pi * 0.3 * time) + 0.02 * chirp(time, 0.1, time[-1], 60.0)
+    stamps = time + jitter_s * np.clip(rng.standard_normal(time.size), -3.0, 3.0)
+    recording = aligned_recording(
+        [
+            Signal("motor_position", "/j:position", "header", stamps, np.round(smooth / STEP) * STEP),
+            Signal("motor_torque", "/j:effort", "header", stamps, white(1, time.size)),
+        ],
+        joint="j",
+    )
+    told = FitProblem(recording, sensors="motor", band_hz=70.0)
+    assert 0.9 < position_noise(told) / (STEP / np.sqrt(12.0)) < 2.1  # of fast motion the least change is two steps
 
 
 def test_a_low_pass_errs_where_friction_stops_the_motor() -> None:

@@ -67,3 +67,8 @@ def test_friction_that_turns_over_along_a_stretch_is_within_what_the_marks_allow
         shape = seen[mark.first : mark.first + mark.shape.size]
         assert shape @ mark.shape > 0.99 * np.linalg.norm(shape) * np.linalg.norm(mark.shape)
         assert 0.99 < np.linalg.norm(mark.shape) / np.linalg.norm(shape) < 1.7
+
+
+def test_stretches_that_meet_with_their_neighbours_are_one() -> None:
+    found = reversals._with_neighbours(np.array([[0, 2], [6, 7], [9, 10], [17, 20]]), 20)
+    np.testing.assert_array_equal(found, [[0, 3], [5, 11], [16, 20]])
