@@ -81,9 +81,9 @@ def standstills(problem: FitProblem) -> list[tuple[int, int]]:
     """Stretches (first, last + 1) of the recording's samples in which the direction of motion is unknown.
 
     A long one is cut into pieces that the comparison's low-pass can tell apart. Where samples are further apart than
-    that low-pass's time, with the samples beside, between which and the first or the last a rest begins or ends: without
-    them FSm of an adversary's clean joint was 2 % high at 250 Hz. With them at all rates errors of clean joints at 500
-    Hz and more were larger (`bench/coverage.py`, seed 509, 24 recordings).
+    that low-pass's time, with the samples beside, between which and the first or the last a rest begins or ends:
+    without them FSm of an adversary's clean joint was 2 % high at 250 Hz. With them at all rates errors of clean joints
+    at 500 Hz and more were larger (`bench/coverage.py`, seed 509, 24 recordings).
     """
     rate, stretches = problem.recording.sample_rate_hz, _stretches(problem)
     if rate < 2.0 * np.pi * problem.cutoff_hz:
