@@ -100,6 +100,12 @@ def _poor(evidence: Evidence) -> Iterator[Notice]:
         yield _mismatch(evidence)
 
 
+def _poor_beyond_noise(evidence: FitEvidence) -> Iterator[Notice]:
+    """Much that is left is no mismatch where it is noise."""
+    if evidence.structured or not evidence.noise_known:
+        yield from _poor(evidence)
+
+
 def _hopeless(evidence: Evidence) -> Iterator[Notice]:
     if not _worst_percent(evidence) <= HOPELESS_PERCENT:
         yield _mismatch(evidence)
@@ -243,7 +249,7 @@ FIT_RULES: tuple[Rule[FitEvidence], ...] = (
     Rule(Code.LOW_EXCITATION, "doubtful", _weak),
     Rule(Code.VALIDATION_GAP, "rejected", _nothing_unseen),
     Rule(Code.MODEL_MISMATCH, "rejected", _hopeless),
-    Rule(Code.MODEL_MISMATCH, "doubtful", _poor),
+    Rule(Code.MODEL_MISMATCH, "doubtful", _poor_beyond_noise),
     Rule(Code.VALIDATION_GAP, "doubtful", _worse_unseen),
     Rule(Code.MODE_OUTSIDE_BAND, "doubtful", _mode_outside),
     Rule(Code.SAMPLED_SLOWLY, "doubtful", _sampled_slowly),

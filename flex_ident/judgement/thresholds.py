@@ -9,8 +9,9 @@ EFFECT_LIMIT = 0.01
 WEAK_PERCENT = 5.0
 """Relative standard deviation of an essential parameter from which a result is doubtful. Set by hand."""
 POOR_PERCENT, HOPELESS_PERCENT = 15.0, 50.0
-"""Torque left unexplained from which a result is doubtful, and rejected. Set by hand: what is left beyond the noise is
-judged before it comes to this."""
+"""Torque left unexplained, in percent, from which a result is doubtful, and rejected. Set by hand: what is left beyond
+the noise is judged before it comes to this. A fit that leaves known noise and nothing else is not doubtful for it: a
+clean joint of an adversary, whose effort was noise to 19 %, was sent to look for what is missing."""
 UNSEEN_RATIO, UNSEEN_PERCENT = 1.5, 2.0
 """The error on seconds left out of the fit over that on the others, and what is added, from which it is doubtful. Set
 by hand."""

@@ -19,6 +19,9 @@ SCATTER, CHANGES = 12.0, 6.0
 """How far a step must lie off the median around it, in the scatter around it and in its own usual size there."""
 SMALLEST_SHARE = 0.01
 """The same in the range that the joint moves in any case."""
+OWN_SHARE = 0.5
+"""Share of what a step lies off the median that the steps right beside it must not explain: a joint at rest that is
+pushed between two rests lies as far off, and moves as smoothly (a PRBS at 250 Hz: 0.05)."""
 WANDER = 0.99
 """Quantile of the speed, and of what time steps differ from the usual one by: so far it moves while stamps wander."""
 GAP_PERIODS = 3.0
@@ -74,6 +77,10 @@ def continued(time: Floats, values: Floats, turn: float) -> Jumps:
         return none
     beside = np.clip(places[:, None] + np.array([-2, -1, 1, 2]), 0, steps.size - 1)
     sizes = steps[places] - (steps / dt)[beside] @ np.array([-1.0, 4.0, 4.0, -1.0]) / 6.0 * dt[places]
+    further = np.abs(sizes) > OWN_SHARE * np.abs(off[places])
+    if not further.any():
+        return none
+    places, sizes = places[further], sizes[further]
     seam = float(np.median(np.abs(sizes)))
     one = places.size > 1 and float(np.mean(np.abs(np.abs(sizes) - seam) < ALIKE * seam)) > MOSTLY
     for whole in (turn, turn / 2.0):

@@ -45,8 +45,14 @@ RULES: list[tuple[str, dict[str, object], Verdict, set[str]]] = [
     ("not determined", {"parameters": with_parameter("JL", 1.0, identifiable=False)}, "rejected", {"not_identifiable"}),
     ("friction may be weak", {"parameters": (*SOUND.parameters, Parameter("FV", 1.0, 5.0))}, "trusted", set()),
     (
-        "poor", {"error_percent": 1.1 * POOR_PERCENT, "validation_percent": 1.1 * POOR_PERCENT}, "doubtful",
-        {"model_mismatch"},
+        "poor", {"error_percent": 1.1 * POOR_PERCENT, "validation_percent": 1.1 * POOR_PERCENT, **STRUCTURED},
+        "doubtful", {"model_mismatch", "structured_residual"},
+    ),
+    ("poor, for noise", {"error_percent": 1.1 * POOR_PERCENT, "validation_percent": 1.1 * POOR_PERCENT}, "trusted",
+     set()),
+    (
+        "poor, perhaps for noise", {"error_percent": 1.1 * POOR_PERCENT, "noise_known": False}, "doubtful",
+        {"model_mismatch", "noise_unknown"},
     ),
     (
         "hopeless", {"error_percent": 1.1 * HOPELESS_PERCENT, "validation_percent": 1.1 * HOPELESS_PERCENT}, "rejected",

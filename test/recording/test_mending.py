@@ -309,6 +309,25 @@ def test_a_joint_polled_when_the_line_is_free_does_not_jump(seed: int, sticks: b
     np.testing.assert_array_equal(kept.values, position[np.isin(time, kept.time)])
 
 
+@pytest.mark.parametrize("width", [7, 11, 15])
+def test_a_joint_that_is_pushed_from_rest_to_rest_does_not_jump(width: int) -> None:
+    """A push lasts some samples, its fastest step lies far off those of the rests around it, and moves on smoothly."""
+    random = np.random.default_rng(width)
+    time, speed, way = np.arange(4000) / 250.0, np.zeros(4000), 0.0
+    for first in np.cumsum(random.integers(60, 90, 40)):
+        push = random.uniform(0.2, 1.5) * (1.0 if way <= 0.0 else -1.0)
+        speed[first : first + width] += 0.003 * push * np.hanning(width + 2)[1:-1]
+        way += push
+    position = rounded(np.cumsum(speed), 3.8e-5)
+    given = [
+        Signal("motor_position", "/joint_states:j.position", "header", time, position),
+        Signal("motor_torque", "/joint_states:j.effort", "header", time, random.standard_normal(4000)),
+    ]
+    found, notices = mended_signals(given)
+    assert "position_rezeroed" not in codes(notices)
+    np.testing.assert_array_equal(of(found, "motor_position").values, position)
+
+
 @pytest.mark.parametrize("rate", [100.0, 200.0, 500.0])
 @pytest.mark.parametrize("held", [2, 4, 8])
 def test_a_step_after_held_samples_makes_up_for_them(rate: float, held: int) -> None:
