@@ -16,14 +16,20 @@ from recordings import recording_of
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("seed", "index", "sensors"),
-    [(493, 28, "motor"), pytest.param(73, 7, "motor+link", marks=pytest.mark.campaign)],
+    ("seed", "index", "sensors", "alike"),
+    [
+        (493, 28, "motor", {"mount_mode", "second_mode"}),  # which of the two swings the motor alone hardly tells
+        pytest.param(73, 7, "motor+link", {"mount_mode"}, marks=pytest.mark.campaign),
+    ],
 )
-def test_a_heavy_base_is_suspected_and_the_intervals_reach_as_far(seed: int, index: int, sensors: str) -> None:
+def test_a_heavy_base_is_suspected_and_the_intervals_reach_as_far(
+    seed: int, index: int, sensors: str, alike: set[str]
+) -> None:
     """Of sixty and seventy times the inertia: trusted before, with K 0.1 and 0.2 % and 11 and 22 σ off."""
     plant = made(case_of(seed, index, hidden=True))
     result = identify(recording_of(plant.recorded, sensors), IdentifyOptions(sensors=sensors))
     assert result.verdict == "doubtful"
-    assert [n.subject for n in result.notices if n.code == "cause_suspected"] == ["mount_mode"]
+    (suspected,) = (n.subject for n in result.notices if n.code == "cause_suspected")
+    assert suspected in alike
     for key in ("Jm", "K", "JL"):
         assert abs(result.parameter(key).value - plant.truth[key]) < 3.0 * result.parameter(key).std
