@@ -327,7 +327,7 @@ class Code(StrEnum):
     # What the model leaves.
     MODEL_MISMATCH = (
         "model_mismatch", "doubt",
-        "The model leaves much of the torque unexplained; rejects from half of it on.",
+        "The model leaves much of the torque unexplained, and not by noise alone; rejects from half of it on.",
         "Run explain_gap to see what is missing.",
     )  # fmt: skip
     LINK_TAKEN_AS_RIGID = (
