@@ -118,22 +118,27 @@ def error_at_reversals(problem: FitProblem) -> float:
 
 
 def link_noise(problem: FitProblem) -> float:
-    """Root mean square, rad, of the link encoder's white noise in the compared link position."""
+    """Root mean square, rad, of the link encoder's white noise in the compared link position.
+
+    Above the band a link hardly moves, however much the motor does.
+    """
     position, rate = problem.recording.link_position, problem.recording.sample_rate_hz
     if position is None:
         return 0.0
     passed = lowpass_response(np.linspace(0.0, 0.5 * rate, 4000), problem.cutoff_hz) ** 2
-    return _white_noise(problem, "link_position", position) * math.sqrt(float(np.mean(passed)))
+    white = _white_noise(problem, "link_position", position, moving_hz=problem.cutoff_hz)
+    return white * math.sqrt(float(np.mean(passed)))
 
 
-def _white_noise(problem: FitProblem, role: Role, signal: Floats) -> float:
-    """From a signal's spectrum above the motion; where the rate leaves no room there, of the rounding alone.
+def _white_noise(problem: FitProblem, role: Role, signal: Floats, *, moving_hz: float | None = None) -> float:
+    """From a signal's spectrum above the motion, which ends at `moving_hz`, or where the drive's does; where the rate
+    leaves no room there, of the rounding alone.
 
     The steps are those of the signal as it was recorded, where that is known: stamps that jitter by 3 microseconds had
     left none at 250 Hz, and a link encoder without noise.
     """
     rate = problem.recording.sample_rate_hz
-    low, high = max(HIGHEST[0] * rate, ABOVE[0] * problem.drive_hz), HIGHEST[1] * rate
+    low, high = max(HIGHEST[0] * rate, ABOVE[0] * (moving_hz or problem.drive_hz)), HIGHEST[1] * rate
     size = max(16, 2 * round(0.5 * SEGMENT_S * rate))
     if high < WIDE_ENOUGH * low or signal.size < 8 * size:
         recorded = (s.step for s in problem.recording.sampling if s.role == role)

@@ -9,6 +9,7 @@ from flex_ident.likelihood.noise import (
     encoder_noise,
     error_at_reversals,
     is_quiet,
+    link_noise,
     noise_above_band,
     noise_floor,
     noise_whitening,
@@ -125,6 +126,16 @@ def test_rounding_is_known_at_a_low_rate_whether_stamps_jitter_or_not(jitter_s: 
     )
     told = FitProblem(recording, sensors="motor", band_hz=70.0)
     assert 0.9 < position_noise(told) / (STEP / np.sqrt(12.0)) < 2.1  # of fast motion the least change is two steps
+
+
+def test_a_link_encoder_is_noisier_than_its_steps_at_a_low_rate_too() -> None:
+    rng, time = np.random.default_rng(3), np.arange(8000) / 250.0
+    smooth = 0.3 * np.sin(2.0 * np.pi * 0.3 * time) + 0.02 * chirp(time, 0.1, time[-1], 40.0)
+    link = np.round((smooth + 0.3 * STEP * rng.standard_normal(time.size)) / STEP) * STEP
+    recording = Recording("j", 250.0, smooth, white(1, time.size), link_position=link)
+    told = FitProblem(recording, sensors="motor+link", band_hz=50.0)
+    assert told.link is not None
+    assert link_noise(told) == pytest.approx(float(np.std(told.reduced(link - smooth))), rel=0.15)
 
 
 def test_a_low_pass_errs_where_friction_stops_the_motor() -> None:
