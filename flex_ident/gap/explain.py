@@ -80,8 +80,9 @@ def explain(
             raise
         return _explained_as_rigid(recording, options, progress, rigid)
     report(0.2, "screening")
-    if base.stood_for and _nothing_left(base):
-        options = replace(options, staying=(*options.staying, *_not_borne_out(recording, base, options)))
+    missed = _not_borne_out(recording, base, options)
+    if missed:
+        options = replace(options, staying=(*options.staying, *missed))
         base = fitted_base(problem, options, base.whole)
     kinds, stood_for = base.kinds, {effect.name for effect in base.stood_for}
     solver, fit = kinds.solver, kinds.fit
@@ -166,8 +167,14 @@ def _nothing_left(base: GapBase) -> bool:
 
 
 def _not_borne_out(recording: Recording, base: GapBase, options: GapOptions) -> tuple[str, ...]:
-    """The effects that the base left something out for and that are not found where they are sought alone."""
-    names = tuple(effect.name for effect in base.stood_for if effect.name not in options.add)
+    """The effects that the base left something out for and that are not found where they are sought alone.
+
+    Where the base leaves more than noise with all that it has, only those are asked for that a key of the joint stands
+    for: a search that takes them along and does not find them would have to be made again.
+    """
+    quiet = bool(base.stood_for) and _nothing_left(base)
+    wanted = [e for e in base.stood_for if quiet or any(k in options.base_catalogue for k in e.shown_by)]
+    names = tuple(effect.name for effect in wanted if effect.name not in options.add)
     if not names or not options.searching:
         return ()
     coarse = _coarse(recording, base.kinds.solver.problem, options)
