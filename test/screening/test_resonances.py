@@ -48,4 +48,4 @@ def test_what_a_small_resonance_changes_is_in_proportion_to_it(effect: str) -> N
         half = {k: probe.sized(v, 0.5) for k, v in column.items()}
         whole, less = (whitened_change(solver, fit, fit.values | v) for v in (column, half))
         whole, less = (c - basis @ (basis.T @ c) for c in (whole, less))
-        assert np.linalg.norm(whole - 2.0 * less) < 0.05 * np.linalg.norm(whole)
+        assert np.linalg.norm(whole - 2.0 * less) < 0.06 * np.linalg.norm(whole)
