@@ -19,7 +19,8 @@ def recorded(sensors: str) -> Recording:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sensors", ["motor", pytest.param("motor+link", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
 def test_three_percent_of_the_torque_are_named_with_their_size(sensors: str) -> None:
     explanation = explain(recorded(sensors), GapOptions(sensors=sensors))
     assert [finding.effect for finding in explanation.findings] == ["torque_offset"]
