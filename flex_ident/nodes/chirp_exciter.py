@@ -20,7 +20,7 @@ from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.excitation import Output
 from flex_ident.excitation.run import Run
 from flex_ident.excitation.surroundings import Surroundings
-from flex_ident.nodes.command_clock import AROUND, real_time
+from flex_ident.nodes.command_clock import AROUND, real_time, threads_in_real_time
 from flex_ident.nodes.command_messages import command_messages
 from flex_ident.nodes.command_topic import CommandTopic, publishers
 from flex_ident.nodes.commander import Commander
@@ -47,8 +47,8 @@ class ChirpExciter(Node):
     """
 
     def __init__(self) -> None:
-        real_time(AROUND)
-        super().__init__("chirp_exciter")
+        with threads_in_real_time(AROUND):  # those of DDS
+            super().__init__("chirp_exciter")
         declare_all(self)
         self._lock = threading.RLock()
         self._given = self._experiment = experiment(self)
@@ -215,6 +215,11 @@ class ChirpExciter(Node):
             self.run.interrupt(why)
         self._reports.say(self.run.notes())
 
+    def say_goodbye(self) -> None:
+        """See to it that the last state has come to all who listen: it would be lost with the process."""
+        if not self._reports.delivered():
+            self.get_logger().warning("somebody who listens to ~/state or /diagnostics has not taken the last one")
+
     def end(self) -> None:
         """Ramp down what still moves and close the bag, whatever state they are in."""
         with self._lock:
@@ -229,6 +234,7 @@ def main(arguments: list[str] | None = None) -> int:
     """The console script; returns the exit status: 0 done, 2 configuration, 3 refused or aborted."""
 
     def run(node: ChirpExciter, asked: Sequence[str]) -> int:
+        real_time(AROUND)
         sys.setswitchinterval(SWITCH_S)
         gc.collect()
         gc.freeze()  # what is there stays: collections while a robot moves are short
@@ -239,7 +245,7 @@ def main(arguments: list[str] | None = None) -> int:
                 executor.spin_once(timeout_sec=HOUSEKEEPING_S)
                 if asked:
                     node.interrupt(f"stopped by {asked[0]}")
-            time.sleep(HOUSEKEEPING_S)  # the last state leaves before the context does
+            node.say_goodbye()
         finally:
             node.end()
         return node.run.status

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -116,6 +117,25 @@ def real_time(priority: int = PRIORITY) -> bool:
     except (OSError, AttributeError):
         return False
     return True
+
+
+@contextmanager
+def threads_in_real_time(priority: int) -> Iterator[None]:
+    """Threads that are started inside have real-time priority where the system allows it; this one only meanwhile.
+
+    What takes long, and no robot waits for, must not keep a processor from others: a node's start takes a quarter of a
+    second, and a process that is started inherits the priority for all of its imports.
+    """
+    if not hasattr(os, "sched_getscheduler"):
+        yield
+        return
+    policy, before = os.sched_getscheduler(0), os.sched_getparam(0)
+    real_time(priority)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            os.sched_setscheduler(0, policy, before)
 
 
 class RosTime:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from flex_ident.excitation.run import Note
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+DELIVERED_S = 2.0
+"""How long a node that ends waits for those who have yet to take its last state: a reader that lost it asks again only
+every some hundred milliseconds, and one that hangs must not keep the node."""
 LEVELS = {"aborted": DiagnosticStatus.ERROR, "ramping_down": DiagnosticStatus.WARN}
 
 
@@ -60,3 +65,11 @@ class StateReports:
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._diagnostics.publish(array)
+
+    def delivered(self) -> bool:
+        """Wait until everybody who listens has the last state; False when somebody has not taken it in time."""
+        ends = time.monotonic() + DELIVERED_S
+        return all(
+            publisher.wait_for_all_acked(Duration(seconds=max(ends - time.monotonic(), 0.0)))
+            for publisher in (self._state, self._diagnostics)
+        )

@@ -10,7 +10,7 @@ import pytest
 from busy import MachineBusyError, Witness, excuse
 from turns import turn
 
-RERUNS = 3
+RERUNS = 5
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -1,11 +1,13 @@
 """Ticks skip, never pile up; and how late they were is told."""
 
+import os
+import threading
 import time
 from itertools import pairwise
 
 import pytest
 
-from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime
+from flex_ident.nodes.command_clock import CommandClock, Punctuality, RosTime, threads_in_real_time
 
 
 def test_late_ticks_skip_and_stay_on_the_grid() -> None:
@@ -35,6 +37,21 @@ def test_a_tick_that_raises_ends_the_clock_and_is_kept() -> None:
     time.sleep(0.2)
     assert not clock.ticking
     assert isinstance(clock.error, ZeroDivisionError)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getscheduler"), reason="no such priorities here")
+def test_threads_of_a_node_have_a_priority_that_its_start_has_not() -> None:
+    policies: list[int] = []
+    before = os.sched_getscheduler(0)
+    with threads_in_real_time(5):
+        given = os.sched_getscheduler(0)
+        thread = threading.Thread(target=lambda: policies.append(os.sched_getscheduler(0)))
+        thread.start()
+        thread.join()
+    if given != os.SCHED_FIFO:
+        pytest.skip("this user may not have real-time priority")
+    assert policies == [os.SCHED_FIFO]
+    assert os.sched_getscheduler(0) == before != os.SCHED_FIFO
 
 
 def test_punctuality_in_words() -> None:
