@@ -26,7 +26,7 @@ COMMANDS = [line for block in re.findall(r"```bash\n(.*?)```", README, re.S) for
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with `my_bag` and `config`, in which the commands are run in the README's order."""
     folder = tmp_path_factory.mktemp("readme")
-    experiment = Experiment(duration_s=20.0, sample_rate_hz=250.0)
+    experiment = Experiment(duration_s=12.0, sample_rate_hz=250.0)
     write_virtual_bag(folder / "my_bag", COBOT_JOINT, experiment, MeasurementChain(jitter=0.02))
     shutil.copytree(ROOT / "config", folder / "config")
     return folder

@@ -89,6 +89,7 @@ def test_a_motors_torque_is_not_taken_for_anything_else(model: JointModel, senso
         assert p.std == given.parameter(p.key).std
 
 
+@pytest.mark.campaign
 def test_gravity_that_the_controller_adds_is_recognised_with_a_link_encoder() -> None:
     recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT)
     result = identify(recording, IdentifyOptions())
@@ -112,7 +113,8 @@ def test_gravity_that_the_motor_alone_cannot_tell_is_asked_for_and_the_intervals
     assert abs(given.parameter("JL").value - HEAVY.value("JL")) > 5.0 * given.parameter("JL").std  # what is at stake
 
 
-@pytest.mark.parametrize("sensors", [pytest.param("motor", marks=pytest.mark.campaign), "motor+link"])
+@pytest.mark.campaign
+@SENSORS
 def test_gravity_compensation_that_is_given_is_used(sensors: str) -> None:
     recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=sensors != "motor")
     result = identify(recording, IdentifyOptions(effort_kind="gravity_compensated"))
@@ -124,7 +126,7 @@ def test_gravity_compensation_that_is_given_is_used(sensors: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "removed", "told"),
     [
-        ("gravity_compensated", 0.9, "auto"),
+        pytest.param("gravity_compensated", 0.9, "auto", marks=pytest.mark.campaign),
         pytest.param("gravity_compensated", 0.9, "gravity_compensated", marks=pytest.mark.campaign),
         ("sensor_less_gravity", 1.0, "auto"),
         pytest.param("sensor_less_gravity", 0.9, "auto", marks=pytest.mark.campaign),
@@ -156,7 +158,8 @@ def test_which_way_gravity_pulls_is_open_where_the_mode_alone_shows_it(weight: f
         assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
 
 
-@pytest.mark.parametrize("weight", [-1.0, pytest.param(-4.0, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("weight", [-1.0, -4.0])
 def test_the_valley_along_which_gravity_is_open_is_walked(weight: float) -> None:
     """Where its bottom is flat the slope there told nothing: K to 5 %, or K, JL and MY 6 to 12 standard deviations
     off in an adversary's joint."""
@@ -169,6 +172,7 @@ def test_the_valley_along_which_gravity_is_open_is_walked(weight: float) -> None
         assert abs(p.value - model.value(p.key)) < 3.0 * p.std, p
 
 
+@pytest.mark.campaign
 def test_a_search_knows_of_the_gravity_taken_off_what_the_base_does() -> None:
     recording = kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, link=False)
     options = GapOptions(sensors="motor", effort_kind="gravity_compensated")

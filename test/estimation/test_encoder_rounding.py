@@ -34,7 +34,7 @@ def fitted(recording: Recording) -> tuple[SteadyFit, Fit]:
     return refined(problem, FLEXIBLE_KEYS, settled(problem, values, priors), priors)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_the_bias_of_a_coarse_encoder_is_no_larger_than_said() -> None:
     fine = recording_of(made(case_of(131, 101)).recorded, "motor")
     truth = fitted(fine)[1].values

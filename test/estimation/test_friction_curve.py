@@ -59,7 +59,7 @@ def test_a_slow_recording_has_friction_first_and_no_spring() -> None:
     assert result.friction_curve.speed.size >= 10
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_the_bands_hold_the_law() -> None:
     inside, total = 0, 0
     for seed in range(SEEDS):

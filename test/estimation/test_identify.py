@@ -84,7 +84,7 @@ def test_paper_method_on_the_motor_alone_says_that_it_is_poor() -> None:
     assert result.parameter("K").value < 0.8 * JOINTS["paper"].value("K")
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_sweep_below_the_mode_is_not_trusted_for_stiffness() -> None:
     slow = Experiment(start_frequency_hz=0.05, end_frequency_hz=1.0, duration_s=30.0, sample_rate_hz=500.0)
     recording = virtual_recording(COBOT_JOINT, slow, chain(20), seed=3)

@@ -39,7 +39,7 @@ def identified(seed: int) -> Identification:
     return identify(both_recorded(seed))
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_current_that_is_late_moves_nothing() -> None:
     plain, recording = identified(1), both_recorded(1)
     assert recording.motor_current is not None
@@ -53,7 +53,7 @@ def test_a_current_that_is_late_moves_nothing() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.campaign)])
 def test_all_nine_and_the_torque_constant_are_found(seed: int) -> None:
     result = identified(seed)
     assert result.verdict != "rejected"

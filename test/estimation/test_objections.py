@@ -57,7 +57,7 @@ def test_flexible_joint_is_left_in_peace(cobot: Recording) -> None:
     assert result.verdict == "trusted"
 
 
-@pytest.mark.parametrize("end_frequency_hz", [20.0, 30.0])
+@pytest.mark.parametrize("end_frequency_hz", [20.0, pytest.param(30.0, marks=pytest.mark.campaign)])
 def test_what_was_commanded_slowly_is_doubtful_and_its_error_bar_says_so(end_frequency_hz: float) -> None:
     experiment = Experiment(duration_s=40.0, sample_rate_hz=100.0, end_frequency_hz=end_frequency_hz)
     result = identify(
@@ -140,7 +140,9 @@ def what_is_said(recording: Recording) -> str:
     return first_thing(result) or ""
 
 
-@pytest.mark.parametrize(("case", "verdict"), [("fast", "trusted"), ("slow", "doubtful")])
+@pytest.mark.parametrize(
+    ("case", "verdict"), [pytest.param("fast", "trusted", marks=pytest.mark.campaign), ("slow", "doubtful")]
+)
 def test_an_effort_that_was_measured_slowly_is_not_trusted(cobot: Recording, case: str, verdict: str) -> None:
     numbers = {"stamped_hz": 500.0, "measured_hz": 50.0, "count": 9.0, "total": 10.0}
     said = Notice(Code.HELD_SAMPLES, "/joint_states:a.effort", numbers, {"case": case})
@@ -149,6 +151,7 @@ def test_an_effort_that_was_measured_slowly_is_not_trusted(cobot: Recording, cas
     assert ((first_thing(result) or "").startswith("/joint_states:a.effort is stamped at 500 Hz")) == (case == "slow")
 
 
+@pytest.mark.campaign
 def test_degrees_are_not_trusted(cobot: Recording) -> None:
     degrees = replace(cobot, motor_position=np.degrees(cobot.motor_position), link_position=None)
     degrees = replace(degrees, notices=magnitude_notices(degrees))

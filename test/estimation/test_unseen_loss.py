@@ -43,7 +43,8 @@ def test_a_loss_in_the_model_is_not_beside_it_again(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "spring", [{}, {"damping": 3.0}, pytest.param({"relaxing": 400.0}, marks=pytest.mark.campaign)]
+    "spring",
+    [{}, *(pytest.param(spring, marks=pytest.mark.campaign) for spring in ({"damping": 3.0}, {"relaxing": 400.0}))],
 )
 def test_friction_beside_a_loss_that_does_not_show(spring: dict[str, float]) -> None:
     result = identify(recorded_arm(**spring), IdentifyOptions())

@@ -31,6 +31,7 @@ def test_three_percent_of_the_torque_are_named_with_their_size(sensors: str) -> 
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_it_stays_in_the_base_where_other_effects_alone_are_sought() -> None:
     problem = fit_problem(recorded("motor"), sensors="motor")
     base = fitted_base(problem, GapOptions())

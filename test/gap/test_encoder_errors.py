@@ -46,7 +46,7 @@ def test_an_error_of_the_link_encoder_is_tried_where_the_joint_turns_far_enough(
     [
         pytest.param(ON_THE_MOTOR, MOTOR, EXPERIMENT, True, marks=pytest.mark.campaign),
         pytest.param(ON_THE_MOTOR, MOTOR, EXPERIMENT, False, marks=pytest.mark.campaign),
-        (ON_THE_LINK, LINK, WIDE, True),
+        pytest.param(ON_THE_LINK, LINK, WIDE, True, marks=pytest.mark.campaign),
     ],
 )
 def test_an_error_is_named_and_measured(truth: JointModel, effect: str, experiment: Experiment, link: bool) -> None:

@@ -43,7 +43,7 @@ def test_nothing_is_named_where_nothing_is_missing(model: JointModel, sensors: s
             marks=pytest.mark.campaign,
         ),
         pytest.param("joint_damping", {"damping": 3.0}, "motor+link", marks=pytest.mark.campaign),
-        ("time_delay", {"delay": 5e-3}, "motor+link"),
+        pytest.param("time_delay", {"delay": 5e-3}, "motor+link", marks=pytest.mark.campaign),
     ],
 )
 def test_a_hidden_effect_is_named_and_measured(effect: str, parameters: dict[str, float], sensors: str) -> None:

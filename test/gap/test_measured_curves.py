@@ -122,8 +122,8 @@ def explained(law: str, sensors: str, effects: tuple[str, ...] = NAMES) -> tuple
     return found, recording, covered
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("effects", [NAMES[:1], pytest.param(NAMES, marks=pytest.mark.campaign)], ids=("alone", "all"))
+@pytest.mark.campaign
+@pytest.mark.parametrize("effects", [NAMES[:1], NAMES], ids=("alone", "all"))
 def test_friction_that_has_no_name_is_a_curve_that_covers_the_truth(effects: tuple[str, ...], tmp_path: Path) -> None:
     found, recording, covered = explained("friction:hump", "motor", effects)
     assert [f.effect for f in found.findings] == ["motor_friction_curve"]

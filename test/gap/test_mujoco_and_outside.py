@@ -16,7 +16,7 @@ from flex_ident.recording import Recording
 from flex_ident.report.gap_result import gap_content
 from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
 
-EXPERIMENT = Experiment(duration_s=24.0, sample_rate_hz=500.0)
+EXPERIMENT = Experiment(duration_s=16.0, sample_rate_hz=250.0)
 CHAIN = MeasurementChain(torque_disturbance=0.005)
 GAP = 3e-4
 

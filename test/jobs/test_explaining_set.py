@@ -125,7 +125,7 @@ def test_wrong_usage_is_one_line(
     assert len(said.splitlines()) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_put_in_by_hand_and_beside_a_simulator(bags: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A simulator that lacks quadratic friction and is too heavy, against two recordings together."""
     joint_bag(tmp_path / "theirs", seed=4, inertia=2.5)

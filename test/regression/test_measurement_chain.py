@@ -11,7 +11,7 @@ CHAIN = MeasurementChain.with_bits(20, 20, torque_noise=0.01)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("skew", [2e-3, -2e-3])
+@pytest.mark.parametrize("skew", [2e-3, pytest.param(-2e-3, marks=pytest.mark.campaign)])
 @pytest.mark.parametrize("method", ["auto", "weighted"])
 def test_a_skew_of_the_link_encoder_has_the_right_sign(skew: float, method: str) -> None:
     late = 0.4 * skew if method == "auto" else skew  # beyond a sample it is an effect, which auto leaves to explain_gap
