@@ -37,13 +37,8 @@ CAUSES: dict[str, set[str]] = {
     "mujoco_friction": FRICTION,
 }
 SENSORS = ("motor", "motor+link")
-QUICK = {("stribeck", "motor+link")}
-"""The others, half a minute each, in the campaign."""
-EVERY = [
-    pytest.param(case, sensors, marks=() if (case, sensors) in QUICK else pytest.mark.campaign)
-    for case in CAUSES
-    for sensors in SENSORS
-]
+EVERY = [pytest.param(case, sensors, marks=pytest.mark.campaign) for case in CAUSES for sensors in SENSORS]
+"""Half a minute each."""
 
 
 @cache
@@ -62,7 +57,7 @@ def test_every_case_is_expected() -> None:
     assert {"plain", *CAUSES} == set(HIDDEN)
 
 
-@pytest.mark.parametrize("sensors", SENSORS)
+@pytest.mark.parametrize("sensors", [pytest.param("motor", marks=pytest.mark.campaign), "motor+link"])
 def test_plain_joint_is_trusted_with_narrow_intervals(sensors: str) -> None:
     result = identified("plain", sensors)
     truth = flexible_case("plain")[1]

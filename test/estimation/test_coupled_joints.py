@@ -46,6 +46,7 @@ def rigid_recording(coupling: float, *, others: tuple[str, ...] = ("other",), se
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coupling", [0.3, 1.0])
 def test_torque_of_another_joint_is_seen_and_nothing_is_complete(coupling: float) -> None:
     recording = rigid_recording(coupling)
@@ -59,7 +60,8 @@ def test_torque_of_another_joint_is_seen_and_nothing_is_complete(coupling: float
     assert "other" in unexplained_text(found)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(s, marks=pytest.mark.campaign) for s in range(2, 6))])
 def test_joints_that_move_and_load_nothing_are_no_cause(seed: int) -> None:
     result = identify(rigid_recording(0.0, others=("other", "third"), seed=seed), IdentifyOptions(rigid=True))
     assert "other_joints_explain" not in {n.code for n in result.notices}

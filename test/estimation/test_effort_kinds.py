@@ -73,9 +73,14 @@ def test_a_joint_sensor_that_is_given_says_so_and_is_not_sought() -> None:
     assert "Jm" not in result.model.parameters
 
 
-@SENSORS
 @pytest.mark.parametrize(
-    "model", [pytest.param(COBOT_JOINT, marks=pytest.mark.campaign), HEAVY], ids=["cobot", "heavy"]
+    ("model", "sensors"),
+    [
+        pytest.param(COBOT_JOINT, "motor", marks=pytest.mark.campaign),
+        pytest.param(COBOT_JOINT, "motor+link", marks=pytest.mark.campaign),
+        (HEAVY, "motor"),
+        pytest.param(HEAVY, "motor+link", marks=pytest.mark.campaign),
+    ],
 )
 def test_a_motors_torque_is_not_taken_for_anything_else(model: JointModel, sensors: str) -> None:
     recording = kind_recording(model, "motor", EXPERIMENT, link=sensors != "motor")
@@ -190,7 +195,7 @@ def test_an_effort_without_its_sign_is_refused() -> None:
     assert np.min(recording.motor_torque) > -0.1 * np.max(recording.motor_torque)
 
 
-@SENSORS
+@pytest.mark.parametrize("sensors", ["motor", pytest.param("motor+link", marks=pytest.mark.campaign)])
 def test_a_current_gives_what_needs_no_scale(sensors: str) -> None:
     recording = kind_recording(COBOT_JOINT, "current", EXPERIMENT, link=sensors != "motor")
     result = identify(recording, IdentifyOptions(effort_kind="current"))

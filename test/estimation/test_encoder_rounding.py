@@ -45,7 +45,7 @@ def test_the_bias_of_a_coarse_encoder_is_no_larger_than_said() -> None:
         assert abs(fit.values[key] - truth[key]) < 2.0 * abs(bias[fit.free.index(key)]) < 0.05 * truth[key]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_fine_encoder_has_hardly_any() -> None:
     solver, fit = fitted(recording_of(made(case_of(131, 24)).recorded, "motor"))
     bias = rounding_bias(solver, fit)

@@ -72,7 +72,7 @@ def test_what_was_taken_for_granted_is_said() -> None:
     assert "waist moved" in sentence(moved.notices[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_an_effort_less_gravity_is_told_from_the_motors_torque_by_the_motor_alone() -> None:
     """Without the description the motor alone leaves the kind of effort open."""
     whole, less = (identify(recorded(compensated=c)) for c in (False, True))

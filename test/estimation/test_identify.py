@@ -40,7 +40,7 @@ def joint_and_recording(request: pytest.FixtureRequest) -> tuple[JointModel, Rec
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sensors", ["motor", "motor+link"])
+@pytest.mark.parametrize("sensors", [pytest.param("motor", marks=pytest.mark.campaign), "motor+link"])
 def test_recovers_the_joint_within_its_uncertainty(
     joint_and_recording: tuple[JointModel, Recording], sensors: str
 ) -> None:

@@ -8,7 +8,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.regression.motor_equation import motor_equation
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_from_the_motor_alone_stiffness_is_of_all_that_yields() -> None:
     shoulder = 40.0 * K
     result = identify(elbow_recording(shoulder, link=False), IdentifyOptions(sensors="motor"))

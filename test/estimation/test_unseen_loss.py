@@ -41,11 +41,8 @@ def test_a_loss_in_the_model_is_not_beside_it_again(name: str) -> None:
     assert not unseen(Values({"J": 4.0}))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "spring",
-    [{}, *(pytest.param(spring, marks=pytest.mark.campaign) for spring in ({"damping": 3.0}, {"relaxing": 400.0}))],
-)
+@pytest.mark.campaign
+@pytest.mark.parametrize("spring", [{}, {"damping": 3.0}, {"relaxing": 400.0}])
 def test_friction_beside_a_loss_that_does_not_show(spring: dict[str, float]) -> None:
     result = identify(recorded_arm(**spring), IdentifyOptions())
     for p in result.parameters:

@@ -71,6 +71,7 @@ def test_rich_is_three_parts_and_repeats() -> None:
         )
 
 
+@pytest.mark.slow
 def test_the_longest_chirp_has_its_bounds() -> None:
     reference = chirp_reference(ChirpSettings(0.05, 200.0, 3600.0, 0.1, sweep="linear", profile="constant_position"))
     assert reference.bounds.speed == pytest.approx(0.1 * 2.0 * np.pi * 200.0, rel=0.01)

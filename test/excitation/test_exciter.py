@@ -424,6 +424,7 @@ def test_stop_ramps_down_without_a_jump_of_speed() -> None:
     assert "nothing to stop" in made.exciter.stop("again")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interface", ["position", "velocity"])
 def test_braking_near_a_bound_stays_inside(interface: str) -> None:
     limits = Limits(-0.055, 0.08, 1.0, 50.0, 0.2)

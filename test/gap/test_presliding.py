@@ -26,8 +26,8 @@ def test_the_base_leaves_bristles_that_are_certain_to_the_search_and_keeps_the_n
     assert fitted_base(problem, other).stood_for == ()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("case", ["plain", pytest.param("stribeck", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("case", ["plain", "stribeck"])
 def test_dry_friction_that_turns_over_at_once_is_no_bristle(case: str) -> None:
     problem = fit_problem(flexible_case(case)[0], sensors="motor+link")
     assert fitted_base(problem, GapOptions()).stood_for == ()

@@ -49,7 +49,7 @@ ROWS: dict[str, Row] = {
     # a joint on which gravity does not act: without its moments explain fits what identify fits of one that slides
     "without MX,MY": ("flat", IdentifyOptions(), True, GapOptions(without=("MX", "MY"), effects=FEW)),
 }
-LONG = ("prismatic", "without MX,MY")
+LONG = ("motor", "prismatic", "without MX,MY")
 EVERY = pytest.mark.parametrize("row", list(ROWS.values()), ids=list(ROWS))
 MOST = pytest.mark.parametrize(
     "row", [pytest.param(r, id=n, marks=pytest.mark.campaign if n in LONG else ()) for n, r in ROWS.items()]

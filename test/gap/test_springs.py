@@ -44,8 +44,8 @@ def test_a_spring_that_relaxes_is_not_seen_by_the_motor_alone_and_within_what_is
     assert {n.subject for n in result.notices if n.code == "loss_unseen"} == {"FV", "FVm"}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("link", [pytest.param(True, marks=pytest.mark.campaign), False])
+@pytest.mark.campaign
+@pytest.mark.parametrize("link", [True, False])
 def test_a_stiffness_that_varies_with_the_angle_is_named_and_measured(link: bool) -> None:
     """Judged by the stiffness over the range of motion: in a small one its two parts look alike."""
     name, sizes = "position_dependent_stiffness", {"cosine": 300.0, "sine": 900.0}

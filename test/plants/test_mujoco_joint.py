@@ -48,7 +48,7 @@ def checked(result: Identification, model: JointModel, *, keys: tuple[str, ...],
 @pytest.mark.parametrize(
     ("name", "sensors", "kind"),
     [
-        ("paper", "motor", "auto"),
+        pytest.param("paper", "motor", "auto", marks=pytest.mark.slow),
         pytest.param("cobot", "motor+link", "auto", marks=pytest.mark.campaign),
         pytest.param("series_elastic", "motor", "motor", marks=pytest.mark.campaign),
     ],
