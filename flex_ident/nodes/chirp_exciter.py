@@ -174,7 +174,7 @@ class ChirpExciter(Node):
     def _housekeeping(self) -> None:
         """Find topics, have the run look around, open and close its recording, publish the state."""
         if not self._states_type:
-            self._states_type = self._recording.raw.subscribe(self._states_topic, self._on_state)
+            self._states_type = self._recording.raw.subscribe(self._states_topic, self._on_state, urgent=True)
         self._recording.find_topics()
         self._controller.look()
         with self._lock:

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from flex_ident.excitation.pace import Losses
+from flex_ident.nodes.command_clock import AROUND, real_time
 from flex_ident.nodes.message_types import message_class
 
 DEPTH = 2000
@@ -23,6 +24,8 @@ STOP_S = 5.0
 """How long the thread may take to end: it must not touch what is taken down after it."""
 TAKE_S = 1e-3
 """How often messages are taken."""
+AT_ONCE = 50
+"""Messages of one topic that are taken before those that are urgent are looked at again."""
 Received = Callable[[bytes], None]
 
 
@@ -50,6 +53,7 @@ class _Topic:
     qos: QoSProfile
     made: Any
     publishers: int
+    urgent: bool
     losses: Losses = field(default_factory=Losses)
 
 
@@ -73,10 +77,11 @@ class RawTopics:
         with self._lock:
             return self._lost_before + sum(t.losses.lost for t in self._topics.values())
 
-    def subscribe(self, topic: str, received: Received) -> str:
+    def subscribe(self, topic: str, received: Received, *, urgent: bool = False) -> str:
         """Subscribe once somebody publishes, anew when that is offered otherwise; the topic's type, empty before.
 
-        Raises UsageError for unknown types.
+        What is `urgent` waits for no other topic, however many messages of those have come. Raises UsageError for
+        unknown types.
         """
         offers = self._node.get_publishers_info_by_topic(topic)
         before = self._topics.get(topic)
@@ -93,7 +98,7 @@ class RawTopics:
         kind = message_class(message_type)
         made = self._node.create_subscription(kind, topic, lambda _: None, qos, raw=True, callback_group=self._group)
         with self._lock:
-            self._topics[topic] = _Topic(message_type, received, qos, made, len(offers))
+            self._topics[topic] = _Topic(message_type, received, qos, made, len(offers), urgent)
         return message_type
 
     def follow(self) -> None:
@@ -104,7 +109,7 @@ class RawTopics:
         if self._error is not None:
             raise self._error
         for topic, made in list(self._topics.items()):
-            self.subscribe(topic, made.received)
+            self.subscribe(topic, made.received, urgent=made.urgent)
 
     def end(self, topic: str) -> None:
         """Unsubscribe."""
@@ -120,26 +125,49 @@ class RawTopics:
         self._thread.join(STOP_S)
 
     def _run(self) -> None:
+        real_time(AROUND)  # a robot waits for what it hears here
         try:
             self._take_on()
         except Exception as error:  # raised where it is seen
             self._error = error
 
     def _take_on(self) -> None:
-        while not self._stopping.wait(TAKE_S):
-            for name in list(self._topics):
-                with self._lock:
-                    topic = self._topics.get(name)
-                    taken = [] if topic is None else self._taken(topic)
-                if topic is not None:
-                    for data in taken:
-                        topic.received(data)
+        more = False
+        while not self._stopping.wait(0.0 if more else TAKE_S):
+            more, since = False, AT_ONCE
+            for name, topic in list(self._topics.items()):
+                if since >= AT_ONCE:
+                    self._hand_on_urgent()
+                    since = 0
+                if not topic.urgent:
+                    count = self._hand_on(name)
+                    more |= count == AT_ONCE
+                    since += count
+
+    def _hand_on_urgent(self) -> None:
+        for name, topic in list(self._topics.items()):
+            if topic.urgent:
+                while self._hand_on(name) == AT_ONCE:
+                    pass
+
+    def _hand_on(self, name: str) -> int:
+        """Hand on what has arrived on a topic, AT_ONCE messages at most; how many there were."""
+        with self._lock:
+            topic = self._topics.get(name)
+            taken = [] if topic is None else self._taken(topic)
+        if topic is not None:
+            for data in taken:
+                topic.received(data)
+        return len(taken)
 
     def _taken(self, topic: _Topic) -> list[bytes]:
-        """What has arrived."""
-        messages = []
+        """What has arrived, AT_ONCE messages at most."""
+        messages: list[bytes] = []
         with topic.made.handle:
-            while (taken := topic.made.handle.take_message(topic.made.msg_type, True)) is not None:
+            while len(messages) < AT_ONCE:
+                taken = topic.made.handle.take_message(topic.made.msg_type, True)
+                if taken is None:
+                    break
                 data, info = taken
                 messages.append(data)
                 number = info.get("publication_sequence_number")
