@@ -227,12 +227,14 @@ def fuzz_identification(case: int, folder: Path, outcome: Outcome) -> None:
     from flex_ident.bags.virtual import write_virtual_bag
     from flex_ident.estimation.identification import identify
     from flex_ident.parameters import JointModel
+    from flex_ident.virtual_joint import Experiment
 
     random = np.random.default_rng([3, case])
     truth = {"Jm": 1.2, "K": 9000.0, "JL": 2.5, "FVm": 8.0, "FSm": 6.0, "FV": 4.0, "FS": 3.0}
     storage = ("mcap", "sqlite3")[case % 2]
     bag = folder / "bag"
-    write_virtual_bag(bag, JointModel(truth, {}, "joint_2"), seed=case, storage=storage)
+    experiment = Experiment(duration_s=12.0, sample_rate_hz=500.0)
+    write_virtual_bag(bag, JointModel(truth, {}, "joint_2"), experiment, seed=case, storage=storage)
     outcome.kind = f"identified {storage}"
     file = next(p for p in sorted(bag.iterdir()) if p.name != "metadata.yaml")
     data, outcome.mutation = mutated(file.read_bytes(), random)
