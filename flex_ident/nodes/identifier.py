@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import threading
+import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -29,9 +29,11 @@ from flex_ident.jobs.options import gap_options, identify_options, signal_select
 from flex_ident.jobs.places import Place
 from flex_ident.jobs.sets import refuse_of_one, set_name, texts_of
 from flex_ident.jobs.several import finished_set
+from flex_ident.likelihood.cores import WorkStoppedError, stop_if_asked, stopped_when
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare, refuse_unknown
 from flex_ident.nodes.health import LEVELS, failed, health_of
+from flex_ident.nodes.job import IDLE, Job
 from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.usage import Usage
 
@@ -60,18 +62,17 @@ DIRECTORIES_TEXT = "folders that bags may lie in; nothing outside is read"
 USAGE = Usage(
     "identifier",
     "Answers calls of ~/identify, ~/explain_gap (std_srvs/Trigger) and ~/self_test (diagnostic_msgs/SelfTest) with the "
-    "parameters of the joint in a recording. Set 'bag' first, here or at run time.",
+    "parameters of the joint in a recording; ~/cancel stops what runs, ~/state says how far it is. Set 'bag' first, "
+    "here or at run time.",
     (*NODE_SETTINGS, *SETTINGS, *FIXED_SETTINGS),
     {DIRECTORIES: f"{DIRECTORIES_TEXT} [['.']]"},
 )
 ANSWER_S = 5.0
 """How long a job that is stopped may take to answer before rclpy goes."""
+SENT_S = 0.1
+"""How long an answer takes to leave: rclpy sends it after the job has ended, and does not say when."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 Content = dict[str, Any]
-
-
-class _EndingError(Exception):
-    """The node ends and its job with it."""
 
 
 class Identifier(Node):
@@ -87,20 +88,20 @@ class Identifier(Node):
         refuse_unknown(self, COMMANDS_ONLY)
         self._check()
         self.add_on_set_parameters_callback(self._checked)
-        self._busy = threading.Lock()
-        self._job = "idle"
-        self._share = 0.0
-        self._verdict = ""
-        self.ending = False
+        self._state = self.create_publisher(DiagnosticStatus, "~/state", LATCHED)
+        self._said = ""
+        self.job = Job(self._publish_state)
         group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/identify", self._identify, callback_group=group)
         self.create_service(Trigger, "~/explain_gap", self._explain_gap, callback_group=group)
+        self.create_service(Trigger, "~/cancel", self._cancel, callback_group=group)
         self.create_service(SelfTest, "~/self_test", self._self_test, callback_group=group)
         self._result = self.create_publisher(String, "~/result", LATCHED)
         asked = bool(self.get_parameter("health").value)
         self._health = self.create_publisher(DiagnosticArray, "~/health", LATCHED) if asked else None
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._diagnose, callback_group=group)
+        self._publish_state()
 
     def _check(self, changes: Iterable[Parameter] = ()) -> None:
         """Refuse what a call would refuse before it reads anything. Raises UsageError and ConfigurationError.
@@ -126,6 +127,12 @@ class Identifier(Node):
 
     def _explain_gap(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return self._answer(response, "explain_gap", self._explained)
+
+    def _cancel(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        name = self.job.name
+        response.success = self.job.stop("cancelled by ~/cancel")
+        response.message = f"stopping {name}: its caller is answered." if response.success else "nothing to cancel."
+        return response
 
     def _self_test(self, _request: SelfTest.Request, response: SelfTest.Response) -> SelfTest.Response:
         content, said = self._content_or_reason("self_test", self._identified)
@@ -156,29 +163,34 @@ class Identifier(Node):
 
     def _content_or_reason(self, name: str, job: Callable[[], Content]) -> tuple[Content | None, str]:
         """The job's JSON content, or None and one line that says why not."""
-        if not self._busy.acquire(blocking=False):
-            return None, f"busy with {self._job}, {100 * self._share:.0f} % done: call again when it is finished."
+        if not self.job.begin(name, len(texts_of(self.get_parameter("bag").value))):
+            return None, f"busy with {self.job.name}, {self.job.percent} % done: call again when it is finished."
+        why = ""
         try:
-            self._job, self._share = name, 0.0
-            content = job()
-            self._verdict = str(content["verdict"])
+            with stopped_when(self.job.stopping):
+                content = job()
             self._result.publish(String(data=json.dumps(content, allow_nan=False)))
             self._tell_health(lambda: health_of(content, self.get_name(), self._baseline))
-            self.get_logger().info(f"{name}: {content['joint']}: {self._verdict}")
+            verdict = str(content["verdict"])
+            self.get_logger().info(f"{name}: {content['joint']}: {verdict}")
+            self.job.end(verdict)
             return content, ""
+        except WorkStoppedError:
+            why = f"stopped: {self.job.why_stopped}."
+            self.get_logger().warning(f"{name}: {why}")
         except FlexIdentError as error:
-            self.get_logger().error(f"{name}: {one_line(error)}")
             why = one_line(error)
+            self.get_logger().error(f"{name}: {why}")
             self._tell_health(lambda: failed(self.get_name(), f"{name}: {why}"))
-            return None, why
         except Exception as error:  # a service must answer
-            if self.ending:  # a job that is stopped may also fail by what the interpreter has taken down
-                return None, "stopped: the node ends."
-            self.get_logger().error(f"{name}: internal error ({type(error).__name__}: {one_line(error)})")
-            return None, f"internal error ({type(error).__name__}: {one_line(error)}): please report it."
-        finally:
-            self._job = "idle"
-            self._busy.release()
+            why = (
+                f"stopped: {self.job.why_stopped}."
+                if self.job.stopping()
+                else f"internal error ({type(error).__name__}: {one_line(error)}): please report it."
+            )
+            self.get_logger().error(f"{name}: {why}")
+        self.job.end(why, failed=True)
+        return None, why
 
     def _baseline(self) -> Path | None:
         """What the latest result is compared with. Raises UsageError for a path outside the folders allowed."""
@@ -194,12 +206,8 @@ class Identifier(Node):
         self._health.publish(array)
 
     def _progress(self, text: str, share: float) -> None:
-        if self.ending:
-            raise _EndingError
-        before = int(10 * self._share)
-        self._share = max(0.0, min(1.0, share))
-        if int(10 * self._share) != before:
-            self.get_logger().debug(f"{text}: {100 * self._share:.0f} %")
+        stop_if_asked()
+        self.job.told(text, share)
 
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {**current(self, SETTINGS), **current(self, NODE_SETTINGS), "out": ""}
@@ -244,18 +252,31 @@ class Identifier(Node):
         )
         return done.content
 
-    def _diagnose(self) -> None:
-        busy = self._job != "idle"
-        text = (
-            f"{self._job}, {100 * self._share:.0f} %"
-            if busy
-            else f"idle{', latest: ' + self._verdict if self._verdict else ''}"
-        )
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.OK, name=f"{self.get_name()}: identification", message=text,
-            values=[KeyValue(key="progress_percent", value=f"{100 * self._share:.0f}")],
+    def _status(self) -> DiagnosticStatus:
+        """What the node does, or how its latest job ended."""
+        job = self.job
+        text = f"{job.name}, {job.percent} %" if job.name != IDLE else IDLE
+        if job.ended:
+            text += f", latest: {job.ended}"
+        level = LEVELS.get(job.ended, DiagnosticStatus.OK)
+        if job.failed:
+            level = DiagnosticStatus.WARN if job.stopped else DiagnosticStatus.ERROR
+        name = self.get_fully_qualified_name().lstrip("/")
+        values = {"state": job.name, "progress_percent": f"{job.percent}", "latest": job.ended}
+        return DiagnosticStatus(
+            level=level, name=f"{name}: identification", message=text, hardware_id=name,
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )  # fmt: skip
-        array = DiagnosticArray(status=[status])
+
+    def _publish_state(self) -> None:
+        """Say the state where it has changed."""
+        status = self._status()
+        if status.message != self._said:
+            self._said = status.message
+            self._state.publish(status)
+
+    def _diagnose(self) -> None:
+        array = DiagnosticArray(status=[self._status()])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
 
@@ -268,8 +289,12 @@ def main(arguments: list[str] | None = None) -> int:
         executor.add_node(node)
         node.get_logger().info("ready: set the parameter 'bag' and call ~/identify")
         spin(executor, asked)
-        node.ending = True
-        executor.shutdown(ANSWER_S)
+        node.job.stop("the node ends")
+        ends = time.monotonic() + ANSWER_S
+        while node.job.busy and time.monotonic() < ends:
+            executor.spin_once(timeout_sec=0.05)
+        time.sleep(SENT_S)
+        executor.shutdown(0.0)
         return 0
 
     return run_node(USAGE, Identifier, run, arguments)

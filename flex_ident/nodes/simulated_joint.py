@@ -22,7 +22,7 @@ from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
 from flex_ident.errors import ConfigurationError
-from flex_ident.nodes.command_clock import AROUND, real_time
+from flex_ident.nodes.command_clock import AROUND, real_time, threads_in_real_time
 from flex_ident.nodes.raw_topics import Polled
 from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.simulated_settings import (
@@ -62,7 +62,8 @@ class SimulatedJoint(Node):
     """Steps the virtual joint in its own thread by a steady clock; a late tick catches up, so that data stay exact."""
 
     def __init__(self) -> None:
-        super().__init__("simulated_joint")
+        with threads_in_real_time(AROUND):  # those of DDS: a robot does not wait for the computer of its user
+            super().__init__("simulated_joint")
         self._values, self.model = declared_values(self)
         self.names, self._commanded = joint_names(self, self._values)
         v = self._values

@@ -64,7 +64,7 @@ def test_excite_record_identify(storage: str, rate_hz: float, tmp_path: Path) ->
         made.spin(1.0)
         made.processes["identifier"].send_signal(signal.SIGINT)
         assert made.ended("identifier", 15.0) == 0, made.output("identifier")
-        assert asked.result() is None or asked.result().message == "stopped: the node ends."
+        assert asked.result().message == "stopped: the node ends."
         assert "internal error" not in made.output("identifier")
 
 
