@@ -25,3 +25,23 @@ def allowed_path(text: str, folders: Sequence[str], *, what: str) -> Path:
     if not all(any(p.is_relative_to(root) for root in roots) for p in inside):
         raise UsageError(f"{what} '{text}' lies outside the folders allowed: {', '.join(map(str, roots))}.")
     return resolved
+
+
+def refuse_outside(text: str, begun: str, *, what: str) -> None:
+    """Refuse a folder to write to that lies outside the one that the node was started with, links followed.
+
+    An empty `text` is nowhere, which is always allowed; an empty `begun` allows nothing else. Raises UsageError.
+    """
+    if not text:
+        return
+    try:
+        inside = bool(begun) and _resolved(text).is_relative_to(_resolved(begun))
+    except (OSError, RuntimeError) as error:
+        raise UsageError(f"{what} '{text[:80]}' is no path that can be followed ({error}).") from error
+    if not inside:
+        allowed = f"inside '{begun}', with which the node was started" if begun else "empty, as the node was started"
+        raise UsageError(f"{what} '{text[:80]}' is refused: at run time it must stay {allowed}.")
+
+
+def _resolved(text: str) -> Path:
+    return Path(text).expanduser().resolve()

@@ -20,6 +20,7 @@ from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.excitation import Output
 from flex_ident.excitation.run import Run
 from flex_ident.excitation.surroundings import Surroundings
+from flex_ident.nodes.allowed_paths import refuse_outside
 from flex_ident.nodes.command_clock import AROUND, real_time, threads_in_real_time
 from flex_ident.nodes.command_messages import command_messages
 from flex_ident.nodes.command_topic import CommandTopic, publishers
@@ -52,6 +53,7 @@ class ChirpExciter(Node):
         declare_all(self)
         self._lock = threading.RLock()
         self._given = self._experiment = experiment(self)
+        self._directory = str(self._experiment.values["recording.directory"])
         values = self._experiment.values
         exciter, self._limits_problem = exciter_within(self._experiment, None)
         self._outdated = False  # whether the limits are of an earlier description: another came while the joint moved
@@ -85,7 +87,9 @@ class ChirpExciter(Node):
                     raise UsageError(why)
                 if any(p.type_ == Parameter.Type.NOT_SET for p in parameters):
                     raise UsageError("a parameter cannot be deleted: set it to its default.")
-                self._take(experiment(self, parameters))
+                found = experiment(self, parameters)
+                refuse_outside(str(found.values["recording.directory"]), self._directory, what="recording.directory")
+                self._take(found)
         except FlexIdentError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

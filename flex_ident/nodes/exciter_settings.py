@@ -65,7 +65,8 @@ SETTINGS = (
             upper=UNLIMITED),
     Setting("limits.state_timeout_s", 0.1, "oldest joint state that counts, s", lower=1e-3, upper=10.0),
     Setting("limits.require_urdf", False, "refuse to move without robot_description, whatever limits are given"),
-    Setting("recording.directory", "flex_ident_recordings", "where the bag is written; empty: no recording"),
+    Setting("recording.directory", "flex_ident_recordings", "where the bag is written; empty: no recording; at run "
+            "time only a folder inside the one given at the start"),
     Setting("recording.storage", "mcap", "format of the bag", choices=("mcap", "sqlite3")),
     Setting("recording.require_effort", True, "refuse to move where the joint states hold no effort or come too slowly "
             "for the chirp; false: effort is on another recorded topic"),

@@ -173,6 +173,10 @@ def test_parameters_are_described_ranged_and_changed_while_nothing_moves(tmp_pat
         assert described["chirp.duration_s"].floating_point_range[0].to_value == 3600.0
         assert "constant_velocity" in described["chirp.profile"].additional_constraints
         assert made.set_parameter("chirp_exciter", "chirp.amplitude", 0.15) == ""
+        for path in ("/tmp/elsewhere", str(tmp_path / "bags" / ".." / "x"), f"{tmp_path}/bags2", "~"):
+            refused = made.set_parameter("chirp_exciter", "recording.directory", path)
+            assert "at run time it must stay inside" in refused, path
+        assert made.set_parameter("chirp_exciter", "recording.directory", str(tmp_path / "bags" / "today")) == ""
         assert made.set_parameter("chirp_exciter", "start_position", "gravity_rest") != ""
         assert made.set_parameter("chirp_exciter", "my", 3.0) == ""
         assert made.set_parameter("chirp_exciter", "start_position", "gravity_rest") == ""
