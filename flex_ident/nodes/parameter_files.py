@@ -24,6 +24,16 @@ def parameter_files(arguments: list[str] | None = None) -> list[Path]:
     return [Path(after) for before, after in pairwise(given) if before == "--params-file"]
 
 
+def refuse_what_is_no_file(arguments: list[str] | None) -> None:
+    """Refuse a pipe or a device, for which ROS would wait, and which cannot be read twice. Raises ConfigurationError.
+
+    One that is not there is left to ROS, which says so.
+    """
+    for path in parameter_files(arguments):
+        if path.exists() and not path.is_file():
+            raise ConfigurationError(f"--params-file {path}: it is no file, but a folder, a pipe or a device.")
+
+
 def refuse_files_that_do_not_apply(node: Node) -> None:
     """Refuse a file that holds nothing for this node, and one that holds a key twice. Raises ConfigurationError."""
     for path in parameter_files():

@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from flex_ident.commands.common import one_line
 from flex_ident.errors import FlexIdentError
+from flex_ident.nodes.parameter_files import refuse_what_is_no_file
 from flex_ident.nodes.starting import SIGNALS, asked, note_signals
 from flex_ident.nodes.usage import Usage, help_wanted
 
@@ -31,6 +32,7 @@ def run_node(
         return 0
     before = note_signals()
     try:
+        refuse_what_is_no_file(arguments)
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
     except Exception as error:  # rclpy's own errors are about arguments and parameters

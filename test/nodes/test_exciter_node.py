@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -259,6 +260,15 @@ def test_it_says_what_it_waits_for_and_which_topics_do_not_come(tmp_path: Path) 
     assert "not in the recording: /nothing (nobody publishes it)" in said
     assert "real-time priority" not in said
     assert "chirp_exciter: chirp_exciter" not in said
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder"])
+def test_a_parameter_file_that_is_none_is_not_waited_for(kind: str, tmp_path: Path, started_with: Started) -> None:
+    path = tmp_path / kind
+    path.mkdir() if kind == "folder" else os.mkfifo(path)
+    status, said = started_with("--params-file", str(path))
+    assert status == 2
+    assert said == f"chirp_exciter: --params-file {path}: it is no file, but a folder, a pipe or a device.\n"
 
 
 def test_simulated_time_is_refused(tmp_path: Path, started_with: Started) -> None:
