@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterable
 
@@ -12,6 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from flex_ident.excitation.run import Note
+from flex_ident.nodes.running import on_stderr
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DELIVERED_S = 2.0
@@ -36,7 +36,7 @@ class StateReports:
             text = said.replace("~/", f"{self._node.get_fully_qualified_name()}/")
             match level:  # rclpy refuses one line of code that logs at two levels
                 case "stderr":
-                    print(f"{self._node.get_name()}: {said}", file=sys.stderr, flush=True)
+                    on_stderr(f"{self._node.get_name()}: {said}")
                 case "error":
                     log.error(text)
                 case "warning":

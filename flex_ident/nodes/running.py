@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TypeVar
 
 import rclpy
@@ -49,7 +50,7 @@ def run_node(
         _complain(name, error)
         return error.exit_status
     except Exception as error:
-        print(f"{name}: internal error ({type(error).__name__}: {one_line(error)}): please report it.", file=sys.stderr)
+        on_stderr(f"{name}: internal error ({type(error).__name__}: {one_line(error)}): please report it.")
         return 3
     finally:
         for number in SIGNALS:
@@ -66,4 +67,10 @@ def spin(executor: Executor, asked: Sequence[str]) -> None:
 
 def _complain(name: str, error: BaseException) -> None:
     """One line, the node's name once in front."""
-    print(f"{name}: {one_line(error).removeprefix(f'{name}: ')}", file=sys.stderr)
+    on_stderr(f"{name}: {one_line(error).removeprefix(f'{name}: ')}")
+
+
+def on_stderr(line: str) -> None:
+    """A line on standard error, if anybody reads there: a node ends as it should where nobody does."""
+    with suppress(OSError, ValueError):
+        print(line, file=sys.stderr, flush=True)
