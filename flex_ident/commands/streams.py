@@ -1,13 +1,26 @@
-"""Standard output and standard error of a command, which never end its work: closed, or left by their reader."""
+"""Standard output and standard error of a command, which never end its work: closed, left by their reader, or unable to
+show a character.
+"""
 
 from __future__ import annotations
 
+import codecs
 import io
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
+
+from flex_ident.errors import UsageError
+
+PLAIN = {
+    "±": "+-", "×": "x", "·": "*", "°": "deg", "²": "^2", "³": "^3", "−": "-", "–": "-", "…": "...", "→": "->",
+    "≤": "<=", "≥": ">=", "≈": "~", "µ": "u", "’": "'", "σ": "sigma", "√": "sqrt",
+}  # fmt: skip
+"""What stands for a character that an encoding lacks."""
+PLAINLY = "flex_ident_plainly"
+"""The name by which Python knows `_plainly`."""
 
 
 class _Patient(io.FileIO):
@@ -36,8 +49,10 @@ def lasting_streams() -> Iterator[list[OSError]]:
     """Standard streams, within the block, to which writing raises nothing.
 
     A closed stream is led into nothing, and so is one whose reader left, as `head` does. What else went wrong with
-    standard output is in the list: at most one error, and all of them once it is flushed.
+    standard output is in the list: at most one error, and all of them once it is flushed. Characters that a stream's
+    encoding lacks are replaced.
     """
+    codecs.register_error(PLAINLY, _plainly)
     _open_descriptors()
     before = sys.stdout, sys.stderr
     failures: list[OSError] = []
@@ -52,6 +67,16 @@ def lasting_streams() -> Iterator[list[OSError]]:
         sys.stdout, sys.stderr = before
 
 
+def refuse_unprintable(text: str) -> None:
+    """Raise UsageError where standard output cannot show a document as it is: nothing stands in for what it lacks."""
+    encoding = sys.stdout.encoding or "utf-8"
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError as error:
+        character = _plain(text[error.start])
+        raise UsageError(f"standard output, in {encoding}, lacks the character {character}: use --out FILE.") from error
+
+
 def _open_descriptors() -> None:
     """Lead closed standard descriptors into nothing: or the next file opened has one, and is written into."""
     for descriptor in range(3):
@@ -64,12 +89,25 @@ def _open_descriptors() -> None:
 def _lasting(stream: TextIO | None, original: TextIO | None, failures: list[OSError]) -> TextIO:
     """A stream with the encoding and buffering of `stream`; itself where someone put it in the original's place."""
     if stream is None:
-        return open(os.devnull, "w", encoding="utf-8", errors="replace")
+        return open(os.devnull, "w", encoding="utf-8", errors=PLAINLY)
     if stream is not original or not isinstance(stream, io.TextIOWrapper):
         return stream
     with suppress(OSError, ValueError):
         stream.flush()
     return io.TextIOWrapper(
-        io.BufferedWriter(_Patient(stream.fileno(), failures)), encoding=stream.encoding, errors=stream.errors,
+        io.BufferedWriter(_Patient(stream.fileno(), failures)), encoding=stream.encoding, errors=PLAINLY,
         line_buffering=stream.line_buffering, write_through=stream.write_through,
     )  # fmt: skip
+
+
+def _plainly(error: UnicodeError) -> tuple[str | bytes, int]:
+    r"""What stands for characters that cannot be encoded: PLAIN's, else `\xff` and the like."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_plain(c) for c in error.object[error.start : error.end]), error.end
+
+
+def _plain(character: str) -> str:
+    if "\udc80" <= character <= "\udcff":  # a byte of a path that is not UTF-8
+        return f"\\x{ord(character) - 0xDC00:02x}"
+    return PLAIN.get(character) or character.encode("ascii", "backslashreplace").decode("ascii")
