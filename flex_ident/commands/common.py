@@ -23,6 +23,7 @@ from flex_ident.configuration.settings import (
     Value,
 )
 from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
+from flex_ident.stopping import Stopped, stoppable
 
 if TYPE_CHECKING:
     from flex_ident.recording import Recording
@@ -84,15 +85,13 @@ def exit_status(prog: str, body: Callable[[], int]) -> int:
     FLEX_IDENT_DEBUG=1 lets the traceback through, for developers. What cannot be printed does not end the work: a full
     disk behind standard output is told once the body is done; one that is closed, or whose reader left, is not.
     """
-    with lasting_streams() as failures:
+    with stoppable(), lasting_streams() as failures:
         try:
             status = _body_status(prog, body)
         except SystemExit:  # --help and --version
-            sys.stdout.flush()
             if not failures:
                 raise
             status = 0
-        sys.stdout.flush()
         if failures:
             return _unprinted(prog, failures[0])
         return status
@@ -101,13 +100,17 @@ def exit_status(prog: str, body: Callable[[], int]) -> int:
 def _body_status(prog: str, body: Callable[[], int]) -> int:
     """The exit status of a body, after its failure, if any, was told."""
     try:
-        return body()
+        try:
+            return body()
+        finally:
+            sys.stdout.flush()
     except FlexIdentError as error:
         print(f"{prog}: {one_line(error)}", file=sys.stderr)
         return error.exit_status
-    except KeyboardInterrupt:
-        print(f"{prog}: stopped; nothing was written.", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as error:
+        how = one_line(error) or "stopped"
+        print(f"{prog}: {how}; what was not finished is not written.", file=sys.stderr)
+        return error.exit_status if isinstance(error, Stopped) else 130
     except OSError as error:
         # Files that commands read and write are checked where they are; what is left is a disk that fills up meanwhile.
         return _unprinted(prog, error)

@@ -7,12 +7,14 @@ from __future__ import annotations
 import codecs
 import io
 import os
+import select
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
 from flex_ident.errors import UsageError
+from flex_ident.stopping import stopped
 
 PLAIN = {
     "±": "+-", "×": "x", "·": "*", "°": "deg", "²": "^2", "³": "^3", "−": "-", "–": "-", "…": "...", "→": "->",
@@ -23,8 +25,15 @@ PLAINLY = "flex_ident_plainly"
 """The name by which Python knows `_plainly`."""
 
 
+READY_S = 0.2
+"""Time, s, that a reader has to take what is left when a signal has ended the work."""
+
+
 class _Patient(io.FileIO):
-    """A file descriptor that takes everything: after an error, which is noted, what is written goes nowhere."""
+    """A file descriptor that takes everything: after an error, which is noted, what is written goes nowhere.
+
+    Once a signal has ended the work, a reader that takes nothing is not waited for.
+    """
 
     def __init__(self, descriptor: int, failures: list[OSError]) -> None:
         super().__init__(descriptor, "wb", closefd=False)
@@ -32,9 +41,11 @@ class _Patient(io.FileIO):
         self._lost = False
 
     def write(self, data: Any, /) -> int:
+        if stopped() and not select.select([], [self], [], READY_S)[1]:
+            self._lost = True
         if not self._lost:
             try:
-                return super().write(data)
+                return super().write(memoryview(data)[: select.PIPE_BUF] if stopped() else data)
             except BlockingIOError:
                 raise
             except OSError as error:
