@@ -13,6 +13,7 @@ from flex_ident.commands.common import add_settings, given_settings, help_end, o
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS
 from flex_ident.errors import UsageError
 from flex_ident.recording.names import harmless, path_text
+from flex_ident.stopping import Stopped
 
 if TYPE_CHECKING:
     from flex_ident.fleet.running import Batch
@@ -84,7 +85,7 @@ def _run(given: argparse.Namespace) -> int:
     except (KeyboardInterrupt, ClusterError) as error:
         why = one_line(error) if isinstance(error, ClusterError) else "stopped."
         _say(f"{PROG} batch: {why} What is finished is in {given.archive}; the same command goes on from there.")
-        return error.exit_status if isinstance(error, ClusterError) else STOPPED
+        return error.exit_status if isinstance(error, (ClusterError, Stopped)) else STOPPED
     if given.csv is not None:
         archive.write_csv(given.csv)
     if not given.quiet:

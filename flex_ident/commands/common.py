@@ -8,11 +8,12 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from flex_ident import __version__
+from flex_ident.commands.streams import lasting_streams
 from flex_ident.configuration.settings import (
     GAP_SETTINGS,
     IDENTIFY_SETTINGS,
@@ -22,6 +23,7 @@ from flex_ident.configuration.settings import (
     Value,
 )
 from flex_ident.errors import ConfigurationError, FlexIdentError, UsageError
+from flex_ident.stopping import Stopped, stoppable
 
 if TYPE_CHECKING:
     from flex_ident.recording import Recording
@@ -80,28 +82,38 @@ def command_parser(prog: str, description: str, examples: Sequence[str]) -> Pars
 def exit_status(prog: str, body: Callable[[], int]) -> int:
     """Run a command's body; every failure becomes one line on standard error and its exit status.
 
-    FLEX_IDENT_DEBUG=1 lets the traceback through, for developers.
+    FLEX_IDENT_DEBUG=1 lets the traceback through, for developers. What cannot be printed does not end the work: a full
+    disk behind standard output is told once the body is done; one that is closed, or whose reader left, is not.
     """
-    try:
-        status = body()
-        sys.stdout.flush()
+    with stoppable(), lasting_streams() as failures:
+        try:
+            status = _body_status(prog, body)
+        except SystemExit:  # --help and --version
+            if not failures:
+                raise
+            status = 0
+        if failures:
+            return _unprinted(prog, failures[0])
         return status
+
+
+def _body_status(prog: str, body: Callable[[], int]) -> int:
+    """The exit status of a body, after its failure, if any, was told."""
+    try:
+        try:
+            return body()
+        finally:
+            sys.stdout.flush()
     except FlexIdentError as error:
         print(f"{prog}: {one_line(error)}", file=sys.stderr)
         return error.exit_status
-    except KeyboardInterrupt:
-        print(f"{prog}: stopped; nothing was written.", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        _silence_stdout()
-        return 0
+    except KeyboardInterrupt as error:
+        how = one_line(error) or "stopped"
+        print(f"{prog}: {how}; what was not finished is not written.", file=sys.stderr)
+        return error.exit_status if isinstance(error, Stopped) else 130
     except OSError as error:
-        # Files that commands read and write are checked where they are; what is left is standard output, or a disk
-        # that fills up meanwhile.
-        what = error.filename or "the output"
-        print(f"{prog}: {what} cannot be read or written ({error.strerror or one_line(error)}).", file=sys.stderr)
-        _silence_stdout()
-        return 2
+        # Files that commands read and write are checked where they are; what is left is a disk that fills up meanwhile.
+        return _unprinted(prog, error)
     except MemoryError:
         print(f"{prog}: not enough memory for this recording.", file=sys.stderr)
         return 3
@@ -114,10 +126,11 @@ def exit_status(prog: str, body: Callable[[], int]) -> int:
         return 3
 
 
-def _silence_stdout() -> None:
-    """Lead standard output into nothing, or the interpreter complains when it closes it."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _unprinted(prog: str, error: OSError) -> int:
+    """One line about a file, or standard output, that failed meanwhile; the exit status that it brings."""
+    what = error.filename or "the output"
+    print(f"{prog}: {what} cannot be read or written ({error.strerror or one_line(error)}).", file=sys.stderr)
+    return 2
 
 
 def one_line(error: BaseException) -> str:

@@ -22,6 +22,7 @@ from flex_ident.commands.common import (
 )
 from flex_ident.commands.health import EXAMPLES as HEALTH_EXAMPLES
 from flex_ident.commands.health import add_health
+from flex_ident.commands.streams import refuse_unprintable
 from flex_ident.configuration.settings import IDENTIFY_SETTINGS, IMPORT_SETTINGS
 from flex_ident.errors import UsageError
 
@@ -237,6 +238,7 @@ def _export(parser: argparse.ArgumentParser) -> None:
 
         text = exported(given.result, given.to)
         if given.out is None:
+            refuse_unprintable(text)
             print(text)
         else:
             try:

@@ -59,6 +59,8 @@ class Archive:
 
     def rows_in(self, file: Path) -> list[Row]:
         """The rows of one file; none where it is not there or is damaged."""
+        if not file.is_file():
+            return []
         try:
             rows: list[Row] = self._parquet.read_table(file, partitioning=None).to_pylist()
         except (OSError, ValueError):  # pyarrow's own errors are one or the other
@@ -97,6 +99,9 @@ class Archive:
         """Those columns of all files: of 10,000, what is not asked for is most of what there is to read."""
         files = sorted(self.folder.glob(f"*{SUFFIX}"))
         shown = path_text(self.folder)
+        odd = next((file for file in files if not file.is_file()), None)
+        if odd is not None:  # a pipe would be waited for
+            raise DataError(f"{path_text(odd)}: is no file; remove it.")
         if not files:
             raise DataError(f"{shown}: no archive: no {SUFFIX} file is there. flex_ident batch makes one.")
         try:  # at once; which file is at fault is found out only where one is

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.fleet.archive import Archive
 from flex_ident.fleet.cluster import connected, cores, outcomes
+from flex_ident.fleet.hashing import hash_of
 from flex_ident.fleet.recordings import Found
 from flex_ident.fleet.rows import ERROR
 from flex_ident.fleet.work import Outcome, Work, archived, lost
@@ -86,18 +86,10 @@ def asked(values: Mapping[str, Value]) -> dict[str, Any]:
         paths = [Path(name).expanduser().resolve() for name in names_in(settings[key])]
         if paths:
             settings[key] = ",".join(map(str, paths))
-            settings[f"{key}_sha256"] = _hash(paths)
+            try:
+                settings[f"{key}_sha256"] = hash_of(paths)
+            except OSError as error:
+                raise UsageError(f"{error.filename}: cannot be read ({error.strerror}).") from error
     signal_selection(settings)
     identify_options(settings)
     return settings
-
-
-def _hash(paths: Sequence[Path]) -> str:
-    digest = hashlib.sha256()
-    try:
-        for path in paths:
-            for file in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
-                digest.update(file.read_bytes())
-    except OSError as error:
-        raise UsageError(f"{error.filename}: cannot be read ({error.strerror}).") from error
-    return digest.hexdigest()

@@ -14,6 +14,7 @@ from flex_ident.bags.run_file import run_conditions
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import BagError, FlexIdentError
 from flex_ident.fleet.archive import Archive
+from flex_ident.fleet.hashing import hash_of
 from flex_ident.fleet.rows import ERROR, Row, common_row, error_row, result_row
 from flex_ident.jobs.identifying import finished_identification
 from flex_ident.jobs.joints import moving_joints
@@ -22,6 +23,8 @@ from flex_ident.recording.names import harmless
 
 ROBOT = "robot"
 """The condition in a bag's run file that names its robot."""
+UNREADABLE = b"unreadable"
+"""What the hash of a recording that cannot be opened begins with."""
 NOWHERE = Place(lambda _joint: None, needed=False)
 
 
@@ -112,13 +115,10 @@ def content_hash(path: Path) -> str:
             return bag.sha256()
     except (FlexIdentError, OSError):
         pass
-    digest = hashlib.sha256(b"unreadable")
     try:
-        for file in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
-            digest.update(file.read_bytes())
+        return hash_of([path], UNREADABLE)
     except OSError:
-        digest.update(str(path).encode("utf-8", "surrogateescape"))
-    return digest.hexdigest()
+        return hashlib.sha256(UNREADABLE + str(path).encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def _rows(work: Work, sha256: str) -> Iterator[Row]:

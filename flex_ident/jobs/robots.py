@@ -8,8 +8,11 @@ from pathlib import Path
 
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
+from flex_ident.parameters.documents import DocumentError, text_of
 from flex_ident.recording import Recording
+from flex_ident.recording.names import path_text
 from flex_ident.robot.weight import weight_on
+from flex_ident.robot.xml import LARGEST
 
 
 def description_of(values: Mapping[str, Value]) -> str | None:
@@ -18,10 +21,9 @@ def description_of(values: Mapping[str, Value]) -> str | None:
         return None
     path = Path(str(values["urdf"])).expanduser()
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, "strerror", None) or "it is not text in UTF-8"
-        raise UsageError(f"--urdf {path}: {why}.") from error
+        return text_of(path, LARGEST)
+    except DocumentError as error:
+        raise UsageError(f"--urdf {path_text(path)}: {error}") from error
 
 
 def described(recording: Recording, description: str | None) -> Recording:

@@ -18,6 +18,7 @@ from urllib.parse import quote
 from flex_ident.errors import ConfigurationError, UsageError
 from flex_ident.parameters.documents import json_document
 from flex_ident.recording import Recording
+from flex_ident.stopping import unbroken
 
 REPORT, GAP_REPORT = "report.html", "gap_report.html"
 """The page of the only result in a folder, and that of `explain_gap` beside the one of `identify_bag`."""
@@ -65,13 +66,16 @@ def _unwritable(folder: Path, error: OSError, what: str = "--out") -> UsageError
 def renewed(folder: Path, stale: tuple[str, ...]) -> Iterator[Path]:
     """A folder to write files into that then take their places in `folder`, where `stale` ones are removed.
 
-    Nothing is changed in `folder` when the block raises. Raises UsageError when a file cannot be written.
+    Nothing is changed in `folder` when the block raises; a signal comes before all files take their places or after.
+    Raises UsageError when a file cannot be written.
     """
     made_folder(folder)
-    aside = Path(tempfile.mkdtemp(prefix=".flex_ident_", dir=folder))
+    aside: Path | None = None
     try:
+        with unbroken():
+            aside = Path(tempfile.mkdtemp(prefix=".flex_ident_", dir=folder))
         yield aside
-        with _locked(folder):
+        with unbroken(), _locked(folder):
             fresh = {p.name for p in aside.iterdir()}
             for name in stale:
                 if name not in fresh:
@@ -81,7 +85,9 @@ def renewed(folder: Path, stale: tuple[str, ...]) -> Iterator[Path]:
     except OSError as error:
         raise _unwritable(folder, error) from error
     finally:
-        shutil.rmtree(aside, ignore_errors=True)
+        with unbroken():
+            if aside is not None:
+                shutil.rmtree(aside, ignore_errors=True)
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from flex_ident.errors import UsageError
 
 LARGEST = 4 << 20
-"""Characters of a URDF, at most."""
+"""Characters of a URDF, and bytes of a file of it, at most."""
 
 
 def parsed(description: str, name: str) -> ET.Element:
