@@ -39,10 +39,13 @@ class Layouts(Protocol):
         ...
 
 
-def message_layouts(topic: Topic, *, ros1: bool) -> Layouts:
-    """The layouts of a topic's messages. Raises SignalError and MissingExtraError when they cannot be decoded."""
+def message_layouts(topic: Topic, *, ros1: bool, size: int = 0) -> Layouts:
+    """The layouts of a topic's messages, in a bag of `size` bytes.
+
+    Raises SignalError and MissingExtraError when they cannot be decoded.
+    """
     if topic.encoding == "json":
         return FlatLayouts(topic, json_decoder)
     if topic.encoding == "protobuf":
         return FlatLayouts(topic, protobuf_decoder(topic))
-    return MessageLayouts(topic, ros1=ros1, keys=tuple(KEYS.get(topic.message_type, "").split()))
+    return MessageLayouts(topic, ros1=ros1, keys=tuple(KEYS.get(topic.message_type, "").split()), size=size)

@@ -72,10 +72,19 @@ def _unknown(topic: Topic) -> SignalError:
     )
 
 
-def _check_known(definitions: Definitions, message_type: str) -> None:
-    """Raise KeyError when a type within `message_type` has no definition."""
+def _check_known(
+    definitions: Definitions, message_type: str, done: set[str] | None = None, outer: tuple[str, ...] = ()
+) -> None:
+    """Raise KeyError when a type within `message_type` has no definition, and RecursionError when one holds itself.
+
+    Types that are `done` are not looked into again: one of ten fields of the next, and so on, would never end.
+    """
+    done = set() if done is None else done
+    if message_type in outer:
+        raise RecursionError(message_type)
     for _, (kind, detail) in definitions[message_type][1]:
         if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
             kind, detail = detail[0]
-        if kind == Nodetype.NAME:
-            _check_known(definitions, detail)
+        if kind == Nodetype.NAME and detail not in done:
+            _check_known(definitions, detail, done, (*outer, message_type))
+    done.add(message_type)

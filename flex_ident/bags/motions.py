@@ -125,7 +125,7 @@ def joint_motions(path: Path) -> list[JointMotion]:
 def motions_of(bag: Bag, topics: Iterable[str]) -> list[JointMotion]:
     """What each joint of some topics of joint states did."""
     known = {t.name: t for t in bag.topics()}
-    layouts = {name: message_layouts(known[name], ros1=bag.ros1) for name in topics}
+    layouts = {name: message_layouts(known[name], ros1=bag.ros1, size=bag.size) for name in topics}
     found: dict[tuple[str, str], JointMotion] = {}
     for block in bag.blocks(frozenset(layouts)):
         for layout, rows, _ in layouts[block.topic](block):

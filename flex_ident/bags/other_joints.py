@@ -30,7 +30,7 @@ def other_places(bag: Bag, topic: Topic, joints: Sequence[str]) -> list[Place]:
     if not is_joint_state(topic):
         return []
     own = {name for joint in joints for name in (*motor_names(joint), *link_names(joint))}
-    layouts = message_layouts(topic, ros1=bag.ros1)
+    layouts = message_layouts(topic, ros1=bag.ros1, size=bag.size)
     block = next(iter(bag.blocks(frozenset((topic.name,)))), None)
     names = [] if block is None else [name for layout, _, _ in layouts(block) for name in layout.names]
     met = set(names)

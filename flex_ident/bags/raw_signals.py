@@ -36,7 +36,10 @@ def raw_signals(
     """
     known = {t.name: t for t in bag.topics()}
     wanted = list(dict.fromkeys(places))
-    layouts = {name: message_layouts(known[name], ros1=bag.ros1) for name in dict.fromkeys(p.topic for p in wanted)}
+    layouts = {
+        name: message_layouts(known[name], ros1=bag.ros1, size=bag.size)
+        for name in dict.fromkeys(p.topic for p in wanted)
+    }
     readers = {p: PlaceReader(p, known[p.topic], layouts[p.topic]) for p in wanted}
     gathered = {p: _Gathered() for p in wanted}
     total = sum(known[name].count or 0 for name in layouts)
