@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from typing import Any, Protocol
 
@@ -15,6 +14,7 @@ from flex_ident.bags.json_messages import json_decoder
 from flex_ident.bags.layouts import MessageLayouts
 from flex_ident.bags.message_numbers import Layout
 from flex_ident.bags.messages import Block, Topic
+from flex_ident.bags.namings import Namings
 from flex_ident.bags.protobuf_messages import protobuf_decoder
 
 
@@ -23,12 +23,7 @@ class Layouts(Protocol):
 
     versions: tuple[Any, ...]
     damaged: int
-    named: Counter[tuple[str, ...]]
-
-    @property
-    def misnamed(self) -> int:
-        """Messages whose names hardly any other message holds."""
-        ...
+    named: Namings
 
     def tell_apart(self, key: str) -> None:
         """Tell layouts apart by the texts in this field too."""

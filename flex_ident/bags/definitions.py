@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -26,8 +27,7 @@ def versions_of(topic: Topic, *, ros1: bool) -> tuple[tuple[Definitions, ...], b
     Where neither ROS nor the bag defines the type, there may be several versions of which one has to fit. Raises
     SignalError when the type is not known.
     """
-    store: Any = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
-    standard = dict(store.fielddefs)
+    standard = _standard(ros1)
     if topic.given:
         return (_complete(topic, standard, first=True),), False
     if topic.message_type in standard or topic.definition:
@@ -42,6 +42,13 @@ def versions_of(topic: Topic, *, ros1: bool) -> tuple[tuple[Definitions, ...], b
     return tuple(
         _complete(replace(topic, definition=text, definition_format="msg"), standard) for text in versions
     ), False
+
+
+@functools.cache
+def _standard(ros1: bool) -> dict[str, Any]:
+    """Fields of the types that ROS itself defines; not to be changed."""
+    store: Any = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
+    return dict(store.fielddefs)
 
 
 def _complete(topic: Topic, standard: dict[str, Any], *, first: bool = False) -> Definitions:

@@ -8,7 +8,6 @@ order, say. CDR as of ROS 2 (alignment from the end of the 4 bytes of encapsulat
 from __future__ import annotations
 
 import struct
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,6 +19,7 @@ from rosbags.interfaces import Nodetype
 from flex_ident.bags.definitions import EMPTY, Definitions, versions_of
 from flex_ident.bags.message_numbers import Layout, Numbers, Scattered, with_joints
 from flex_ident.bags.messages import Block, Topic
+from flex_ident.bags.namings import FEW_ALIKE, Namings, UnlikelyTopicError
 from flex_ident.errors import SignalError
 from flex_ident.recording.names import decoded
 
@@ -27,8 +27,6 @@ ENCAPSULATION = 4
 REMEMBERED = 64
 PADDING = 8
 """Bytes behind a message from which on it is not the one that was meant."""
-FEW_ALIKE, RARE = 3, 0.01
-"""Messages of the same names, in number and in share of all, up to which they are taken as damaged."""
 FREE_STEPS, STEPS_PER_BYTE = 4096, 4
 """Fields of a message that are walked, at most: so many, and so many for each byte of it."""
 FREE_WALKS = 1 << 18
@@ -162,7 +160,7 @@ class MessageLayouts:
         """Fields of each message type, as rosbags describes them; several where the bag says nothing."""
         self.damaged = 0
         """Messages that could not be decoded."""
-        self.named: Counter[tuple[str, ...]] = Counter()
+        self.named = Namings(topic.name)
         """Messages of joint states by the names in them."""
 
     def tell_apart(self, key: str) -> None:
@@ -186,18 +184,12 @@ class MessageLayouts:
                     left, rows = left[1:], rows[1:]
                     continue
                 fits = layout.fits(rows)
-                self.named[layout.names] += int(np.count_nonzero(fits))
+                self.named.count(layout.names, int(np.count_nonzero(fits)))
                 if fits.all():
                     yield layout, rows, left
                     break
                 yield layout, rows[fits], left[fits]
                 left, rows = left[~fits], rows[~fits]
-
-    @property
-    def misnamed(self) -> int:
-        """Messages whose names hardly any other message holds: damaged ones, and no second publisher's."""
-        total = self.named.total()
-        return sum(n for n in self.named.values() if n <= FEW_ALIKE and n < RARE * total)
 
     def _layout(self, row: NDArray[np.uint8]) -> Layout | None:
         for layout in self._layouts:
@@ -225,14 +217,14 @@ class MessageLayouts:
             )
         return None
 
-    def _multiplied(self, size: int, *, within: bool) -> SignalError:
+    def _multiplied(self, size: int, *, within: bool) -> UnlikelyTopicError:
         """The error of too many fields, `within` one message or in all of them."""
         what = f"{self._topic.name}: {self._topic.message_type}"
         if within:
-            return SignalError(
+            return UnlikelyTopicError(
                 f"{what} has more fields than a message of {size} bytes has room for: name a topic of another type."
             )
-        return SignalError(f"{what} has messages of which hardly two have the same fields: name another topic.")
+        return UnlikelyTopicError(f"{what} has messages of which hardly two have the same fields: name another topic.")
 
 
 def _rows(block: Block, which: NDArray[np.int64], length: int) -> NDArray[np.uint8]:
