@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from typing import Any, Protocol
 
@@ -15,6 +14,7 @@ from flex_ident.bags.json_messages import json_decoder
 from flex_ident.bags.layouts import MessageLayouts
 from flex_ident.bags.message_numbers import Layout
 from flex_ident.bags.messages import Block, Topic
+from flex_ident.bags.namings import Namings
 from flex_ident.bags.protobuf_messages import protobuf_decoder
 
 
@@ -23,12 +23,7 @@ class Layouts(Protocol):
 
     versions: tuple[Any, ...]
     damaged: int
-    named: Counter[tuple[str, ...]]
-
-    @property
-    def misnamed(self) -> int:
-        """Messages whose names hardly any other message holds."""
-        ...
+    named: Namings
 
     def tell_apart(self, key: str) -> None:
         """Tell layouts apart by the texts in this field too."""
@@ -39,10 +34,13 @@ class Layouts(Protocol):
         ...
 
 
-def message_layouts(topic: Topic, *, ros1: bool) -> Layouts:
-    """The layouts of a topic's messages. Raises SignalError and MissingExtraError when they cannot be decoded."""
+def message_layouts(topic: Topic, *, ros1: bool, size: int = 0) -> Layouts:
+    """The layouts of a topic's messages, in a bag of `size` bytes.
+
+    Raises SignalError and MissingExtraError when they cannot be decoded.
+    """
     if topic.encoding == "json":
         return FlatLayouts(topic, json_decoder)
     if topic.encoding == "protobuf":
         return FlatLayouts(topic, protobuf_decoder(topic))
-    return MessageLayouts(topic, ros1=ros1, keys=tuple(KEYS.get(topic.message_type, "").split()))
+    return MessageLayouts(topic, ros1=ros1, keys=tuple(KEYS.get(topic.message_type, "").split()), size=size)

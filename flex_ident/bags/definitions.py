@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -26,8 +27,7 @@ def versions_of(topic: Topic, *, ros1: bool) -> tuple[tuple[Definitions, ...], b
     Where neither ROS nor the bag defines the type, there may be several versions of which one has to fit. Raises
     SignalError when the type is not known.
     """
-    store: Any = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
-    standard = dict(store.fielddefs)
+    standard = _standard(ros1)
     if topic.given:
         return (_complete(topic, standard, first=True),), False
     if topic.message_type in standard or topic.definition:
@@ -42,6 +42,13 @@ def versions_of(topic: Topic, *, ros1: bool) -> tuple[tuple[Definitions, ...], b
     return tuple(
         _complete(replace(topic, definition=text, definition_format="msg"), standard) for text in versions
     ), False
+
+
+@functools.cache
+def _standard(ros1: bool) -> dict[str, Any]:
+    """Fields of the types that ROS itself defines; not to be changed."""
+    store: Any = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
+    return dict(store.fielddefs)
 
 
 def _complete(topic: Topic, standard: dict[str, Any], *, first: bool = False) -> Definitions:
@@ -72,10 +79,19 @@ def _unknown(topic: Topic) -> SignalError:
     )
 
 
-def _check_known(definitions: Definitions, message_type: str) -> None:
-    """Raise KeyError when a type within `message_type` has no definition."""
+def _check_known(
+    definitions: Definitions, message_type: str, done: set[str] | None = None, outer: tuple[str, ...] = ()
+) -> None:
+    """Raise KeyError when a type within `message_type` has no definition, and RecursionError when one holds itself.
+
+    Types that are `done` are not looked into again: one of ten fields of the next, and so on, would never end.
+    """
+    done = set() if done is None else done
+    if message_type in outer:
+        raise RecursionError(message_type)
     for _, (kind, detail) in definitions[message_type][1]:
         if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
             kind, detail = detail[0]
-        if kind == Nodetype.NAME:
-            _check_known(definitions, detail)
+        if kind == Nodetype.NAME and detail not in done:
+            _check_known(definitions, detail, done, (*outer, message_type))
+    done.add(message_type)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from flex_ident.bags.joint_messages import DYNAMIC_JOINT_STATE
 from flex_ident.bags.messages import Topic
 from flex_ident.bags.motions import (
+    MOST_LISTED,
+    JointMotion,
     is_joint_state,
     joint_state_topics,
     link_names,
@@ -18,6 +20,7 @@ from flex_ident.bags.motions import (
 from flex_ident.bags.selection import Place, SignalSelection, is_link_topic, is_reference_topic, place_of, topic_of
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import SignalError
+from flex_ident.recording.names import first_of
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class SignalFinder:
             joint = joint or self._place(motor, "", "position").name or self._moving([topic])[0]
             return [self._places(joint, topic)]
         if not self._states:
-            there = ", ".join(sorted(self.topics)) or "no topic"
+            there = self._topic_names() or "no topic"
             raise SignalError(f"{self._bag.name}: no joint_states topic: it has {there}.")
         if joint is None:
             return [self._places(*self._moving(self._states))]
@@ -69,21 +72,27 @@ class SignalFinder:
             return SignalError(f"{places.motor.source} holds no messages: name another signal.")
         topics = [places.motor.topic] if self._selection.motor_position else self._states
         there = listed(m for m in motions_of(self._bag, topics) if not m.link)
-        return SignalError(f"no joint '{places.motor.name}' in {', '.join(topics)}: it has {there}.")
+        return SignalError(f"no joint '{places.motor.name}' in {first_of(topics, MOST_LISTED)}: it has {there}.")
 
     def _moving(self, topics: list[str]) -> tuple[str, str]:
         """The only joint that moves in the first of the topics in which any does, and that topic."""
         motions = motions_of(self._bag, topics)
+        sides: dict[str, list[JointMotion]] = {}
+        for motion in motions:
+            if not motion.link:
+                sides.setdefault(motion.topic, []).append(motion)
         for topic in topics:
-            here = [m for m in motions if m.topic == topic and not m.link]
-            if any(m.moves for m in here):
-                return moving_joint(here), topic
+            if any(m.moves for m in sides.get(topic, [])):
+                return moving_joint(sides[topic]), topic
         return moving_joint(motions), topics[0]
+
+    def _topic_names(self) -> str:
+        return first_of(sorted(self.topics), MOST_LISTED)
 
     def _known(self, text: str) -> str:
         topic = topic_of(text, self.topics)
         if topic not in self.topics:
-            raise SignalError(f"no topic '{topic}' in the recording: it has {', '.join(sorted(self.topics))}.")
+            raise SignalError(f"no topic '{topic}' in the recording: it has {self._topic_names()}.")
         return topic
 
     def _place(self, text: str, joint: str, field: str) -> Place:
@@ -98,7 +107,7 @@ class SignalFinder:
         given = self._selection
         effort = given.effort or states
         if effort is None:
-            there = ", ".join(sorted(self.topics))
+            there = self._topic_names()
             raise SignalError(f"no joint_states topic holds an effort: name its signal with --effort, of {there}.")
         reference = given.reference or self._reference
         return SignalPlaces(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.bags.layouts import FEW_ALIKE, RARE, REMEMBERED
+from flex_ident.bags.layouts import REMEMBERED
 from flex_ident.bags.message_numbers import Layout, Numbers, with_joints
 from flex_ident.bags.messages import Block, Topic
+from flex_ident.bags.namings import Namings
 from flex_ident.recording.names import harmless
 
 LARGEST = 1 << 22
@@ -76,14 +76,8 @@ class FlatLayouts:
         self.versions: tuple[Any, ...] = ()
         """None: what there is shows in the messages alone."""
         self.damaged = 0
-        self.named: Counter[tuple[str, ...]] = Counter()
+        self.named = Namings(topic.name)
         self._layouts: dict[tuple[Any, ...], Layout] = {}
-
-    @property
-    def misnamed(self) -> int:
-        """Messages whose names hardly any other message holds."""
-        total = self.named.total()
-        return sum(n for n in self.named.values() if n <= FEW_ALIKE and n < RARE * total)
 
     def tell_apart(self, key: str) -> None:
         """Nothing: texts under a key named or ending in `name` or `names` tell layouts apart anyway."""
@@ -114,7 +108,7 @@ class FlatLayouts:
         self, groups: Iterable[tuple[Layout, list[list[float]], list[int]]]
     ) -> Iterator[tuple[Layout, NDArray[np.uint8], NDArray[np.int64]]]:
         for layout, rows, which in groups:
-            self.named[layout.names] += len(which)
+            self.named.count(layout.names, len(which))
             values = np.array(rows, np.float64).reshape(len(which), -1)
             yield layout, values.view(np.uint8), np.array(which, np.int64)
 

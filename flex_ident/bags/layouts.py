@@ -8,7 +8,6 @@ order, say. CDR as of ROS 2 (alignment from the end of the 4 bytes of encapsulat
 from __future__ import annotations
 
 import struct
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,6 +19,7 @@ from rosbags.interfaces import Nodetype
 from flex_ident.bags.definitions import EMPTY, Definitions, versions_of
 from flex_ident.bags.message_numbers import Layout, Numbers, Scattered, with_joints
 from flex_ident.bags.messages import Block, Topic
+from flex_ident.bags.namings import FEW_ALIKE, Namings, UnlikelyTopicError
 from flex_ident.errors import SignalError
 from flex_ident.recording.names import decoded
 
@@ -27,8 +27,12 @@ ENCAPSULATION = 4
 REMEMBERED = 64
 PADDING = 8
 """Bytes behind a message from which on it is not the one that was meant."""
-FEW_ALIKE, RARE = 3, 0.01
-"""Messages of the same names, in number and in share of all, up to which they are taken as damaged."""
+FREE_STEPS, STEPS_PER_BYTE = 4096, 4
+"""Fields of a message that are walked, at most: so many, and so many for each byte of it."""
+FREE_WALKS = 1 << 18
+"""Fields of all messages of a topic that are walked, at most: so many, and one for each byte of the bag."""
+TEXT = 64
+"""Characters of a field's path or text that count as one more field."""
 NUMBERS = {
     "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1",
     "int8": "i1", "int16": "i2", "int32": "i4", "int64": "i8",
@@ -37,14 +41,20 @@ NUMBERS = {
 }  # fmt: skip
 
 
+class _MultipliedError(Exception):
+    """A definition has more fields than there can be."""
+
+
 @dataclass
 class _Walk:
-    """Walks one payload by its type's definition."""
+    """Walks one payload by its type's definition. Raises _MultipliedError when there are over `most` fields."""
 
     payload: bytes
     definitions: Definitions
     ros1: bool
     keys: tuple[str, ...]
+    most: int
+    steps: int = 0
     order: str = "<"
     at: int = 0
     numbers: dict[str, Numbers | Scattered] = field(default_factory=dict)
@@ -64,13 +74,16 @@ class _Walk:
         return Layout(len(self.payload), self.numbers, self.texts, fixed, expected)
 
     def message(self, message_type: str, path: str) -> None:
-        fields = [field for field in self.definitions[message_type][1] if field[0] != EMPTY]
-        for name, description in fields:
-            self.field(description, f"{path}.{name}" if path else name)
-        if not fields and not self.ros1:
+        empty = True
+        for name, description in self.definitions[message_type][1]:
+            if name != EMPTY:
+                empty = False
+                self.field(description, f"{path}.{name}" if path else name)
+        if empty and not self.ros1:
             self.at += 1
 
     def field(self, description: Any, path: str) -> None:
+        self.count(1 + len(path) // TEXT)
         kind, detail = description
         if kind == Nodetype.NAME:
             self.message(detail, path)
@@ -88,6 +101,11 @@ class _Walk:
             else:
                 for i in range(count):
                     self.field(element, f"{path}.{i}")
+
+    def count(self, steps: int) -> None:
+        self.steps += steps
+        if self.steps > self.most:
+            raise _MultipliedError
 
     def align(self, size: int) -> None:
         if not self.ros1:
@@ -107,8 +125,10 @@ class _Walk:
         raw = self.payload[self.at : self.at + size]
         if len(raw) != size:
             raise struct.error("a text runs over the end")
+        is_key = path.partition(".")[0] in self.keys
+        self.count(size if is_key else size // TEXT)
         self.texts[path] = decoded(raw.rstrip(b"\0"))
-        if path.partition(".")[0] in self.keys:
+        if is_key:
             self.fixed += range(self.at, self.at + size)
         self.at += size
 
@@ -127,17 +147,20 @@ class _Walk:
 class MessageLayouts:
     """Sorts the messages of one topic by layout; remembers the layouts it has met.
 
-    `keys` are the fields whose texts tell layouts apart. Raises SignalError when the message type is not known.
+    `keys` are the fields whose texts tell layouts apart; `size` is that of the bag's files, in bytes. Raises
+    SignalError when the message type is not known, and where its messages have more fields than there can be.
     """
 
-    def __init__(self, topic: Topic, *, ros1: bool, keys: tuple[str, ...] = ()) -> None:
+    def __init__(self, topic: Topic, *, ros1: bool, keys: tuple[str, ...] = (), size: int = 0) -> None:
         self._topic, self._ros1, self._keys = topic, ros1, keys
         self._layouts: list[Layout] = []
+        self._left = FREE_WALKS + size
+        """Fields that may still be walked."""
         self.versions, self._certain = versions_of(topic, ros1=ros1)
         """Fields of each message type, as rosbags describes them; several where the bag says nothing."""
         self.damaged = 0
         """Messages that could not be decoded."""
-        self.named: Counter[tuple[str, ...]] = Counter()
+        self.named = Namings(topic.name)
         """Messages of joint states by the names in them."""
 
     def tell_apart(self, key: str) -> None:
@@ -161,29 +184,28 @@ class MessageLayouts:
                     left, rows = left[1:], rows[1:]
                     continue
                 fits = layout.fits(rows)
-                self.named[layout.names] += int(np.count_nonzero(fits))
+                self.named.count(layout.names, int(np.count_nonzero(fits)))
                 if fits.all():
                     yield layout, rows, left
                     break
                 yield layout, rows[fits], left[fits]
                 left, rows = left[~fits], rows[~fits]
 
-    @property
-    def misnamed(self) -> int:
-        """Messages whose names hardly any other message holds: damaged ones, and no second publisher's."""
-        total = self.named.total()
-        return sum(n for n in self.named.values() if n <= FEW_ALIKE and n < RARE * total)
-
     def _layout(self, row: NDArray[np.uint8]) -> Layout | None:
         for layout in self._layouts:
             if layout.length == row.size and bool((row[layout.fixed] == layout.expected).all()):
                 return layout
         for definitions in self.versions:
-            walk = _Walk(row.tobytes(), definitions, self._ros1, self._keys)
+            own = FREE_STEPS + STEPS_PER_BYTE * row.size
+            walk = _Walk(row.tobytes(), definitions, self._ros1, self._keys, min(own, self._left))
             try:
                 layout = with_joints(walk.layout(self._topic.message_type), self._topic.message_type)
             except (struct.error, IndexError, KeyError, RecursionError):
                 continue
+            except _MultipliedError as error:
+                raise self._multiplied(row.size, within=own <= self._left) from error
+            finally:
+                self._left -= walk.steps
             if self._certain or row.size - walk.at < PADDING:
                 self.versions = (definitions,)
                 self._layouts = [layout, *self._layouts[: REMEMBERED - 1]]
@@ -194,6 +216,15 @@ class MessageLayouts:
                 "robot's own with --type-file X.msg."
             )
         return None
+
+    def _multiplied(self, size: int, *, within: bool) -> UnlikelyTopicError:
+        """The error of too many fields, `within` one message or in all of them."""
+        what = f"{self._topic.name}: {self._topic.message_type}"
+        if within:
+            return UnlikelyTopicError(
+                f"{what} has more fields than a message of {size} bytes has room for: name a topic of another type."
+            )
+        return UnlikelyTopicError(f"{what} has messages of which hardly two have the same fields: name another topic.")
 
 
 def _rows(block: Block, which: NDArray[np.int64], length: int) -> NDArray[np.uint8]:

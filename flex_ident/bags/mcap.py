@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from flex_ident.bags.compression import Budget, TooMuchError, decompressed, salvaged
 from flex_ident.bags.joint_messages import described_topic
 from flex_ident.bags.messages import Block, Topic
-from flex_ident.bags.records import MessageRecord, Tally, record_blocks
+from flex_ident.bags.records import MessageRecord, RecordBudget, Tally, record_blocks
 from flex_ident.errors import BagError
 from flex_ident.notices import Code, Notice
 from flex_ident.recording.names import decoded, path_text
@@ -43,6 +43,8 @@ LOOSE = 1 << 23
 """Bytes of messages outside of chunks that are taken together."""
 MOST_DESCRIPTIONS = 1 << 17
 """Schemas and channels of a stretch, at most: each has a number of 16 bits."""
+FREE_RECORDS = 1 << 18
+"""Records that may be looked at one by one in any file."""
 CHECKSUM_BYTES = 4
 CHUNK_OFFSET, CHUNK_OFFSET_END = 16, 24
 """Where a chunk's index holds the byte at which the chunk begins: behind the times of its messages."""
@@ -95,15 +97,21 @@ class McapFile:
         self._undescribed: Counter[str] = Counter()
         """Schemas and channels that could not be read, of each kind."""
         self._budget = Budget()
+        self._size = path.stat().st_size
+        self._records = self._all_records()
         self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         if self._map[: len(MAGIC)] != MAGIC:
             raise BagError(f"{path_text(path)}: is not an MCAP file.")
         self._described = False
 
+    def _all_records(self) -> RecordBudget:
+        return RecordBudget(self.name, self._size, FREE_RECORDS)
+
     def topics(self) -> tuple[Topic, ...]:
         """The topics announced in the summary, or else anywhere in the file."""
         if not self._described:
             self._describe_summary()
+            self._chunks.sort()
             if not self._channels:
                 for _ in self._walk(frozenset()):
                     pass
@@ -144,7 +152,7 @@ class McapFile:
         """The wanted messages of all stretches; every message is counted, and all damage noted."""
         self._notices.clear()
         self._tally, self._indexed, self._budget = Tally(), Counter(), Budget()
-        self._short = 0
+        self._short, self._records = 0, self._all_records()
         self._undescribed.clear()
         for stretch in self._stretches():
             at, contents, cut = stretch
@@ -189,6 +197,7 @@ class McapFile:
         """From here to `at`, records outside of chunks."""
         released, ended = 0, False
         while at + RECORD.size <= end:
+            self._records.take()
             opcode, size = RECORD.unpack_from(view, at)
             body, follower = at + RECORD.size, at + RECORD.size + size
             unknown = opcode == 0 or LAST_STANDARD < opcode < FIRST_PRIVATE
@@ -283,6 +292,7 @@ class McapFile:
             return
         (at,) = struct.unpack_from("<Q", view, footer + RECORD.size)
         while len(MAGIC) <= at <= footer - RECORD.size:
+            self._records.take()
             opcode, size = RECORD.unpack_from(view, at)
             if not 0 < opcode <= LAST_STANDARD:
                 return
@@ -294,7 +304,7 @@ class McapFile:
             elif opcode == CHUNK_INDEX and CHUNK_OFFSET_END <= size <= footer - at:
                 (chunk,) = struct.unpack_from("<Q", view, at + CHUNK_OFFSET)
                 if chunk < footer and view[chunk] == CHUNK:
-                    bisect.insort(self._chunks, chunk)
+                    self._chunks.append(chunk)
             at += size
 
     def _count(self, statistics: memoryview) -> None:
@@ -332,6 +342,7 @@ class McapFile:
         def record_at(at: int) -> MessageRecord | int:
             if at + RECORD.size > end:
                 return 0
+            self._records.take()
             opcode, size = RECORD.unpack_from(view, at)
             stride = RECORD.size + size
             if at + stride > end or opcode not in (MESSAGE, SCHEMA, CHANNEL):

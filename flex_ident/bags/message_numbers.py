@@ -99,7 +99,8 @@ def with_joints(layout: Layout, message_type: str) -> Layout:
     if message_type == DYNAMIC_JOINT_STATE:
         joints = [(name, _interfaces(layout, i)) for i, name in _listed(layout, "joint_names.{}")]
     elif message_type == FOXGLOVE_JOINT_STATES:
-        joints = [(name, _fields(layout, f"joints.{i}.")) for i, name in _listed(layout, "joints.{}.name")]
+        fields_of = _fields(layout)
+        joints = [(name, fields_of.get(str(i), {})) for i, name in _listed(layout, "joints.{}.name")]
     if not joints:
         return layout
     fields = dict.fromkeys(field for _, own in joints for field in own)
@@ -121,6 +122,12 @@ def _interfaces(layout: Layout, joint: int) -> dict[str, Numbers | None]:
     return {} if values is None else {name: values.element(j) for j, name in names if j < values.count}
 
 
-def _fields(layout: Layout, prefix: str) -> dict[str, Numbers | None]:
-    own = {path.removeprefix(prefix): n for path, n in layout.numbers.items() if path.startswith(prefix)}
-    return {path: numbers.element(0) for path, numbers in own.items() if numbers.count == 1}
+def _fields(layout: Layout) -> dict[str, dict[str, Numbers | None]]:
+    """The single numbers `joints.NUMBER.FIELD` by number and field."""
+    found: dict[str, dict[str, Numbers | None]] = {}
+    for path, numbers in layout.numbers.items():
+        head, _, rest = path.partition(".")
+        joint, _, name = rest.partition(".")
+        if head == "joints" and name and numbers.count == 1:
+            found.setdefault(joint, {})[name] = numbers.element(0)
+    return found

@@ -7,16 +7,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flex_ident.bags.decoding import message_layouts
 from flex_ident.bags.joint_messages import DYNAMIC_JOINT_STATE, JOINT_STATES_BY_NAME
 from flex_ident.bags.layouts import joint_numbers
+from flex_ident.bags.message_numbers import Layout
 from flex_ident.bags.messages import Topic
+from flex_ident.bags.namings import UnlikelyTopicError
 from flex_ident.bags.selection import JOINT_STATES, is_link_topic, is_reference_topic
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.recording import Floats
 from flex_ident.recording.cleaning import measurable
+from flex_ident.recording.names import first_of
 from flex_ident.recording.stillness import FEW_STEPS, STILL, UNRELATED, WANDERING, still_error
 
 HELD = 0.02
@@ -25,6 +29,13 @@ FEWEST = 3
 """Messages below which one cannot say whether a joint moved."""
 GROUP, OUTLIERS = 8, 2
 """Of so many positions in a row, so many at either end say nothing of how far a joint moved: they may be outliers."""
+
+TOGETHER = 1 << 17
+"""Positions, and as many efforts, that wait to be taken in together."""
+MOST_TOPICS = 512
+"""Topics of joint states in which joints are looked for."""
+MOST_LISTED = 24
+"""Joints that a message lists."""
 
 
 @dataclass
@@ -101,19 +112,60 @@ class JointMotion:
             self._sums = (self._sums[0] + added[0], self._sums[1] + added[1], self._sums[2] + added[2])
 
 
+class _Motions:
+    """The motions of a topic's joints, which take in many messages at once."""
+
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
+        self._found: dict[str, JointMotion] = {}
+        self._waiting: dict[tuple[str, ...], list[tuple[Floats, Floats]]] = {}
+        """Positions and efforts (k, joints) by the joints' names."""
+        self._numbers = 0
+
+    def take(self, layout: Layout, rows: NDArray[np.uint8]) -> None:
+        """Take in the messages `rows` of one layout."""
+        names = layout.names
+        nothing = np.full((rows.shape[0], len(names)), np.nan)
+        position, effort = (joint_numbers(layout, f, len(names)) for f in ("position", "effort"))
+        positions = nothing if position is None else position.of(rows)
+        efforts = nothing if effort is None else effort.of(rows)
+        # Copies: what waits is not to keep the whole chunk in memory that it came from.
+        self._waiting.setdefault(names, []).append((positions.copy(), efforts.copy()))
+        self._numbers += positions.size + rows.shape[0]
+        if self._numbers > TOGETHER:
+            self._add()
+
+    def all(self) -> list[JointMotion]:
+        """The motion of each joint."""
+        self._add()
+        return list(self._found.values())
+
+    def _add(self) -> None:
+        for names, pieces in self._waiting.items():
+            positions, efforts = (np.concatenate(columns) for columns in zip(*pieces, strict=True))
+            for i, name in enumerate(names):
+                motion = self._found.setdefault(name, JointMotion(self._topic, name))
+                motion.add(positions[:, i], efforts[:, i])
+        self._waiting.clear()
+        self._numbers = 0
+
+
 def is_joint_state(topic: Topic) -> bool:
     """Whether the topic's messages hold joints by name, each with position, velocity and effort."""
     return topic.message_type in JOINT_STATES_BY_NAME
 
 
 def joint_state_topics(topics: Iterable[Topic]) -> list[str]:
-    """Topics of joint states, the robot's own first; those of ros2_control's other type where there are no others."""
+    """Topics of joint states, the robot's own first; those of ros2_control's other type where there are no others.
+
+    No more than MOST_TOPICS.
+    """
     found = [t for t in topics if is_joint_state(t) and not is_reference_topic(t.name)]
     plain = [t.name for t in found if t.message_type != DYNAMIC_JOINT_STATE]
     return sorted(
         plain or [t.name for t in found],
         key=lambda n: (f"/{n.lstrip('/')}" != JOINT_STATES, is_link_topic(n), not n.endswith("joint_states"), n),
-    )
+    )[:MOST_TOPICS]
 
 
 def joint_motions(path: Path) -> list[JointMotion]:
@@ -125,22 +177,24 @@ def joint_motions(path: Path) -> list[JointMotion]:
 def motions_of(bag: Bag, topics: Iterable[str]) -> list[JointMotion]:
     """What each joint of some topics of joint states did."""
     known = {t.name: t for t in bag.topics()}
-    layouts = {name: message_layouts(known[name], ros1=bag.ros1) for name in topics}
-    found: dict[tuple[str, str], JointMotion] = {}
+    layouts = {name: message_layouts(known[name], ros1=bag.ros1, size=bag.size) for name in topics}
+    found: dict[str, _Motions] = {name: _Motions(name) for name in layouts}
+    refused: dict[str, UnlikelyTopicError] = {}
     for block in bag.blocks(frozenset(layouts)):
-        for layout, rows, _ in layouts[block.topic](block):
-            names = layout.names
-            nothing = np.full((rows.shape[0], len(names)), np.nan)
-            position, effort = (joint_numbers(layout, f, len(names)) for f in ("position", "effort"))
-            positions = nothing if position is None else position.of(rows)
-            efforts = nothing if effort is None else effort.of(rows)
-            for i, name in enumerate(names):
-                motion = found.setdefault((block.topic, name), JointMotion(block.topic, name))
-                motion.add(positions[:, i], efforts[:, i])
-    names_met = {name for _, name in found}
-    for (topic, name), motion in found.items():
-        motion.link = is_link_topic(topic) or any(name in link_names(other) for other in names_met if other != name)
-    return list(found.values())
+        if block.topic in refused:
+            continue
+        try:
+            for layout, rows, _ in layouts[block.topic](block):
+                found[block.topic].take(layout, rows)
+        except UnlikelyTopicError as error:
+            refused[block.topic] = error
+    motions = [m for name, own in found.items() if name not in refused for m in own.all()]
+    if refused and not motions:
+        raise next(iter(refused.values()))
+    links = {link for name in {m.name for m in motions} for link in link_names(name)}
+    for motion in motions:
+        motion.link = is_link_topic(motion.topic) or motion.name in links
+    return motions
 
 
 def link_names(joint: str) -> tuple[str, ...]:
@@ -160,7 +214,7 @@ def motor_names(joint: str) -> tuple[str, ...]:
 def listed(motions: Iterable[JointMotion]) -> str:
     """Joints and how much each moved, for a message."""
     ranges = ((m.name, f"{m.range:.3g}" if m.has_position else "no number") for m in motions)
-    return ", ".join(f"{name} ({text})" for name, text in ranges) or "none"
+    return first_of([f"{name} ({text})" for name, text in ranges], MOST_LISTED) or "none"
 
 
 def moving_joint(motions: Iterable[JointMotion]) -> str:
@@ -177,8 +231,8 @@ def moving_joint(motions: Iterable[JointMotion]) -> str:
     if most < STILL and empty:
         others = f", and no other joint moved: {listed(sides)}" if len(empty) < len(sides) else ""
         raise SignalError(
-            f"the position of {', '.join(empty)} holds no finite number in {longest} messages{others}. Name the motor "
-            "position with --motor-position."
+            f"the position of {first_of(empty, MOST_LISTED)} holds no finite number in {longest} messages"
+            f"{others}. Name the motor position with --motor-position."
         )
     if most < STILL:
         if len(sides) == 1 and sides[0].range > 0.0:

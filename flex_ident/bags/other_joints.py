@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -25,18 +25,25 @@ Track = tuple[Floats, Floats]
 """Times (k,), s, on the axis of the recording's signals, and positions (k,), rad or m."""
 
 
-def other_places(bag: Bag, topic: Topic, joints: Sequence[str]) -> list[Place]:
-    """The positions of all joints in a topic of joint states but those of these names, their motors and links."""
-    if not is_joint_state(topic):
+def other_places(bag: Bag, topics: Iterable[Topic], joints: Iterable[str]) -> list[Place]:
+    """The positions of all joints in topics of joint states but those of these names, their motors and links."""
+    own = {name for joint in dict.fromkeys(joints) for name in (*motor_names(joint), *link_names(joint))}
+    layouts = {t.name: message_layouts(t, ros1=bag.ros1, size=bag.size) for t in topics if is_joint_state(t)}
+    if not layouts:
         return []
-    own = {name for joint in joints for name in (*motor_names(joint), *link_names(joint))}
-    layouts = message_layouts(topic, ros1=bag.ros1)
-    block = next(iter(bag.blocks(frozenset((topic.name,)))), None)
-    names = [] if block is None else [name for layout, _, _ in layouts(block) for name in layout.names]
-    met = set(names)
-    links = {name for joint in met for name in link_names(joint)}
-    kept = [name for name in dict.fromkeys(names) if name not in own and name not in links]
-    return [Place(topic.name, name, "position") for name in kept[:MOST]]
+    found: dict[str, list[str]] = {}
+    for block in bag.blocks(frozenset(layouts)):
+        if block.topic not in found:
+            found[block.topic] = [name for layout, _, _ in layouts[block.topic](block) for name in layout.names]
+        if len(found) == len(layouts):
+            break
+    return [Place(topic, name, "position") for topic in layouts for name in _kept(found.get(topic, []), own)]
+
+
+def _kept(names: Sequence[str], own: Collection[str]) -> list[str]:
+    """The first names that are neither the joint's own nor those of a link encoder."""
+    links = {link for joint in dict.fromkeys(names) for link in link_names(joint)}
+    return [name for name in dict.fromkeys(names) if name not in own and name not in links][:MOST]
 
 
 def tracks(raw: Mapping[str, RawSignal], motor: Signal, origin: float) -> dict[str, Track]:

@@ -15,6 +15,7 @@ from flex_ident.bags.motions import is_joint_state
 from flex_ident.bags.named_fields import Named, named_field
 from flex_ident.bags.selection import Place, dotted
 from flex_ident.errors import SignalError
+from flex_ident.recording.names import first_of
 
 MOST_LISTED = 24
 """Fields that a message lists."""
@@ -68,7 +69,7 @@ class PlaceReader:
             return
         there = [path for path, own in self._last.numbers.items() if not isinstance(own, Scattered)]
         raise SignalError(
-            f"{self._topic.name} has no field '{self._path}': it has {', '.join(there[:MOST_LISTED]) or 'no number'}."
+            f"{self._topic.name} has no field '{self._path}': it has {first_of(there, MOST_LISTED) or 'no number'}."
         )
 
     def _checked_path(self, layouts: Layouts) -> str:
@@ -100,7 +101,7 @@ class PlaceReader:
             else:
                 raise self._missing(name, {})
         if kind[0] == Nodetype.NAME:
-            within = ", ".join(name for name, _ in definitions[kind[1]][1])
+            within = first_of([name for name, _ in definitions[kind[1]][1]], MOST_LISTED)
             raise SignalError(f"{self._place.source} is not a number but a message: add a field of it, of {within}.")
         if (kind if kind[0] == Nodetype.BASE else kind[1][0])[1][0] == "string":
             raise SignalError(f"{self._place.source} is a text, not a number: name another field.")
@@ -109,5 +110,5 @@ class PlaceReader:
     def _missing(self, name: str, fields: dict[str, Any]) -> SignalError:
         return SignalError(
             f"{self._topic.name} ({self._topic.message_type}) has no field '{name}': it has "
-            f"{', '.join(fields) or 'none there'}."
+            f"{first_of(fields, MOST_LISTED) or 'none there'}."
         )

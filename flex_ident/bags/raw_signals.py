@@ -36,13 +36,19 @@ def raw_signals(
     """
     known = {t.name: t for t in bag.topics()}
     wanted = list(dict.fromkeys(places))
-    layouts = {name: message_layouts(known[name], ros1=bag.ros1) for name in dict.fromkeys(p.topic for p in wanted)}
+    layouts = {
+        name: message_layouts(known[name], ros1=bag.ros1, size=bag.size)
+        for name in dict.fromkeys(p.topic for p in wanted)
+    }
     readers = {p: PlaceReader(p, known[p.topic], layouts[p.topic]) for p in wanted}
     gathered = {p: _Gathered() for p in wanted}
     total = sum(known[name].count or 0 for name in layouts)
     read = 0
+    of_topic: dict[str, dict[Place, PlaceReader]] = {name: {} for name in layouts}
+    for place, reader in readers.items():
+        of_topic[place.topic][place] = reader
     for block in bag.blocks(frozenset(layouts)):
-        _take(block, layouts[block.topic], readers, gathered)
+        _take(block, layouts[block.topic], of_topic[block.topic], gathered)
         read += block.received.size
         if progress is not None and total:
             progress(min(1.0, read / total))
@@ -56,19 +62,19 @@ def raw_signals(
         if own.damaged
     ]
     notices += [
-        Notice(Code.BAG_DAMAGED, name, {"count": own.misnamed}, {"case": "names"})
+        Notice(Code.BAG_DAMAGED, name, {"count": own.named.misnamed}, {"case": "names"})
         for name, own in layouts.items()
-        if own.misnamed
+        if own.named.misnamed
     ]
     return found, notices
 
 
 def _take(block: Block, layouts: Layouts, readers: dict[Place, PlaceReader], gathered: dict[Place, _Gathered]) -> None:
-    here = [p for p in readers if p.topic == block.topic]
+    """Gather what the places of the block's topic hold in it."""
     groups: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
-    found: dict[Place, dict[int, Floats]] = {p: {} for p in here}
+    found: dict[Place, dict[int, Floats]] = {p: {} for p in readers}
     for layout, rows, which in layouts(block):
-        for place in here:
+        for place in readers:
             if readers[place].holds(layout):
                 number = readers[place].number(layout)
                 found[place][len(groups)] = (

@@ -74,7 +74,7 @@ def _signals(
     candidates = finder.candidates()
     topics = dict.fromkeys(places.motor.topic for places in candidates)
     names = [places.motor.name or places.joint for places in candidates]
-    beside = [p for topic in topics for p in other_places(bag, finder.topics[topic], [*names, candidates[0].joint])]
+    beside = other_places(bag, [finder.topics[topic] for topic in topics], [*names, candidates[0].joint])
     wanted = [p for places in candidates for p in places.all()]
     found, notices = raw_signals(bag, [*wanted, *beside], progress=progress)
     chosen = next((places for places in candidates if found[places.motor].received.size), None)

@@ -17,9 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.bags.messages import ROWS, Block
+from flex_ident.errors import BagError
 
 LONGEST_CYCLE = 12
 FEWEST_REPEATS = 4
+MOST_TOGETHER = 1 << 16
+"""Repeats of a cycle that are compared at once."""
 PATIENCE = 8
 """Records to go on by one after a cycle was looked for in vain."""
 
@@ -43,6 +46,29 @@ class MessageRecord(NamedTuple):
     """Offsets of the bytes that are the same in every message of this kind."""
     prefix: int
     """How many of those stand at the front without a gap."""
+
+
+BYTES_PER_RECORD = 8
+"""Bytes of a file, as it is on the disk, for each record that is looked at by itself: honest ones take more."""
+
+
+class RecordBudget:
+    """How many records of the file `name`, of `size` bytes on the disk, may be looked at one by one.
+
+    `free` ones are allowed in any file.
+    """
+
+    def __init__(self, name: str, size: int, free: int) -> None:
+        self._name, self._size = name, size
+        self._left = self._most = free + size // BYTES_PER_RECORD
+
+    def take(self) -> None:
+        """Note one more record. Raises BagError when there are too many."""
+        self._left -= 1
+        if self._left < 0:
+            raise BagError(
+                f"{self._name}: holds over {self._most} tiny records in {self._size} bytes: this is no recording."
+            )
 
 
 Times = Callable[[NDArray[np.uint8]], NDArray[np.int64]]
@@ -174,7 +200,7 @@ def _repeats(data: NDArray[np.uint8], at: int, cycle: list[MessageRecord], size:
         if not same.all():
             return found + int(np.argmin(same))
         found += count
-        window *= 8
+        window = min(8 * window, MOST_TOGETHER)
     return found
 
 

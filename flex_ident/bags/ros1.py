@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flex_ident.bags.compression import Budget, TooMuchError, decompressed, salvaged
 from flex_ident.bags.messages import Block, Topic
-from flex_ident.bags.records import MessageRecord, Tally, record_blocks
+from flex_ident.bags.records import MessageRecord, RecordBudget, Tally, record_blocks
 from flex_ident.errors import BagError
 from flex_ident.notices import Code, Notice
 from flex_ident.recording.names import decoded, path_text
@@ -32,6 +32,9 @@ MOST_FIELDS = 64
 """Fields of a header, at most."""
 MOST_OTHERS = 1 << 17
 """Records of a chunk that are no messages, at most."""
+
+FREE_RECORDS = 1 << 16
+"""Records that may be looked at one by one in any file."""
 
 
 class _Chunk(NamedTuple):
@@ -92,10 +95,15 @@ class Ros1File:
         self._summed: Counter[int] = Counter()
         """The same by the summary of all chunks at the end."""
         self._budget = Budget()
+        self._size = path.stat().st_size
+        self._records = self._all_records()
         self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         if self._map[: len(MAGIC)] != MAGIC:
             raise BagError(f"{path_text(path)}: is not a ROS 1 bag of format 2.0.")
         self._described = False
+
+    def _all_records(self) -> RecordBudget:
+        return RecordBudget(self.name, self._size, FREE_RECORDS)
 
     def topics(self) -> tuple[Topic, ...]:
         """The topics of the bag."""
@@ -132,6 +140,7 @@ class Ros1File:
         """The wanted messages of all chunks; every message is counted, and all damage noted."""
         self._notices.clear()
         self._tally, self._indexed, self._summed, self._budget = Tally(), Counter(), Counter(), Budget()
+        self._records = self._all_records()
         for stretch in self._chunks():
             at, contents, cut = stretch
             before = self._tally.messages.total()
@@ -162,6 +171,7 @@ class Ros1File:
         view, end = memoryview(self._map), len(self._map)
         at, released, summary = len(MAGIC), 0, 0
         while at < end:
+            self._records.take()
             try:
                 fields, start, stop = _record(view, at)
                 opcode = fields[b"op"][0]
@@ -242,6 +252,7 @@ class Ros1File:
             nonlocal others
             if at >= end:
                 return 0
+            self._records.take()
             try:
                 fields, start, stop = _record(view, at)
                 if stop > end:

@@ -10,6 +10,7 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from flex_ident.bags.messages import ROWS, Block, Topic, block_of
@@ -24,9 +25,12 @@ FREE_STEPS, STEPS_PER_BYTE = 10_000_000, 4
 """Instructions of a query, at most: so many, and so many for each byte of the file. A message takes about twenty."""
 LARGEST = 1 << 27
 """Bytes of one message, at most."""
+SMALLEST = 1 << 16
+"""Bytes of one message that are allowed in any file; else it is no longer than the file."""
 FETCHED = 32 << 20
 """Bytes of messages that are fetched together."""
 MOST_TOPICS = 1 << 16
+CIRCLES = "its pages refer to each other in circles"
 TABLES = "('messages', 'topics', 'message_definitions')"
 NO_TABLE = (
     f"SELECT name FROM sqlite_master WHERE lower(name) IN {TABLES} AND (type <> 'table' OR rootpage = 0) UNION "
@@ -36,6 +40,10 @@ NO_TABLE = (
 """Views, virtual tables and computed columns where rosbag2 has plain ones."""
 WHOLE = "typeof(timestamp) = 'integer' AND typeof(data) = 'blob'"
 """Damage can leave numbers where bytes belong: what is not a message is passed over, and counted."""
+
+
+class _CirclesError(Exception):
+    """More was fetched than the file holds."""
 
 
 class SqliteFile:
@@ -57,24 +65,28 @@ class SqliteFile:
         logged = not name and log.is_file() and log.stat().st_size > 0
         self._size = path.stat().st_size + (log.stat().st_size if logged else 0)
         try:
-            self._database, rows = _opened(path, "mode=ro" if logged else "mode=ro&immutable=1")
+            self._database, rows = _opened(path, "mode=ro" if logged else "mode=ro&immutable=1", self._size)
         except BagError:
             if not logged:
                 raise
-            self._database, rows = _opened(path, "mode=ro&immutable=1")
+            self._database, rows = _opened(path, "mode=ro&immutable=1", self._size)
             name_of_log = path_text(Path(log.name))
             self._lost_log.append(Notice(Code.BAG_DAMAGED, name_of_log, texts={"case": "log"}))
-        definitions: dict[str, tuple[str, str]] = {}
-        with contextlib.suppress(sqlite3.Error):
-            for kind, encoding, text in self._database.execute(
-                f"SELECT topic_type, encoding, encoded_message_definition FROM message_definitions LIMIT {MOST_TOPICS}"
-            ):
-                definitions[harmless(str(kind))] = (str(text), "idl" if encoding == "ros2idl" else "msg")
+        definitions = self._definitions()
         self._topics = {
             number: Topic(harmless(name), harmless(kind), *definitions.get(harmless(kind), ("", "msg")))
             for number, name, kind in rows
             if isinstance(name, str) and isinstance(kind, str)
         }
+
+    def _definitions(self) -> dict[str, tuple[str, str]]:
+        """Definition and its format by message type, as far as the database has any."""
+        found: dict[str, tuple[str, str]] = {}
+        columns = "topic_type, encoding, encoded_message_definition"
+        with contextlib.suppress(sqlite3.Error, _CirclesError):
+            for kind, encoding, text in _rows(self._database, columns, "message_definitions", self._size):
+                found[harmless(str(kind))] = (str(text), "idl" if encoding == "ros2idl" else "msg")
+        return found
 
     def topics(self) -> tuple[Topic, ...]:
         """The topics of the database."""
@@ -122,7 +134,7 @@ class SqliteFile:
                 self._read += len(rows)
                 size += fetched + len(rows)
                 if size > self._size:
-                    damage = "its pages refer to each other in circles"
+                    damage = CIRCLES
                 yield from _blocks(rows, names)
         except sqlite3.Error as error:
             damage = error
@@ -187,28 +199,38 @@ def _bound_work(database: sqlite3.Connection, size: int) -> None:
     database.set_progress_handler(counted, STEPS)
 
 
-def _opened(path: Path, mode: str) -> tuple[sqlite3.Connection, list[tuple[int, str, str]]]:
-    """The database and the rows of its table of topics. Raises BagError."""
+def _opened(path: Path, mode: str, size: int) -> tuple[sqlite3.Connection, list[tuple[int, str, str]]]:
+    """The database, in files of `size` bytes, and the rows of its table of topics. Raises BagError."""
     database = None
     try:
         # The path's own bytes, which need not be UTF-8.
         address = "file:" + quote(os.fsencode(path.resolve()))
         database = sqlite3.connect(f"{address}?{mode}", uri=True, check_same_thread=False)
         database.text_factory = lambda raw: raw.decode("utf-8", "replace")
-        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST)
-        _bound_work(database, path.stat().st_size)
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, min(LARGEST, max(size, SMALLEST)))
+        _bound_work(database, size)
         # sqlite refuses a file shorter than its header says, unless its schema may be repaired.
         database.execute("PRAGMA writable_schema = ON")
         database.execute("PRAGMA trusted_schema = OFF")
         if database.execute(NO_TABLE).fetchone() is not None:
             raise BagError(f"{path_text(path)}: its messages are computed and no table: this is no recording.")
-        return database, database.execute(f"SELECT id, name, type FROM topics LIMIT {MOST_TOPICS}").fetchall()
+        return database, list(_rows(database, "id, name, type", "topics", size))
     except BagError:
         _close(database)
         raise
-    except (sqlite3.Error, OSError, MemoryError) as error:
+    except (_CirclesError, sqlite3.Error, OSError, MemoryError) as error:
         _close(database)
         raise BagError(f"{path_text(path)}: cannot be read as a rosbag2 database ({_reason(error)}).") from error
+
+
+def _rows(database: sqlite3.Connection, columns: str, table: str, size: int) -> Iterator[tuple[Any, ...]]:
+    """Rows of a small table in a file of `size` bytes, one by one. Raises _CirclesError when they hold more than it."""
+    fetched = 0
+    for row in database.execute(f"SELECT {columns} FROM {table} LIMIT {MOST_TOPICS}"):
+        fetched += sum(len(value) for value in row if isinstance(value, (str, bytes)))
+        if fetched > size:
+            raise _CirclesError(CIRCLES)
+        yield row
 
 
 def _close(database: sqlite3.Connection | None) -> None:

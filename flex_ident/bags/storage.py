@@ -51,6 +51,8 @@ class Bag:
             self._notices.append(Notice(Code.BAG_DAMAGED, "metadata.yaml", texts=said))
         self._counts = _counts(self._information)
         self.files = self._files(path)
+        self.size = 0
+        """Bytes of its files, as they are on the disk."""
         self._parts: list[Storage] = []
         failures: list[BagError] = []
         for file in self.files:
@@ -199,6 +201,7 @@ class Bag:
         except OSError as error:
             raise BagError(f"{shown}: cannot be read ({error.strerror}).") from error
         with file:
+            self.size += os.fstat(file.fileno()).st_size
             if not file.peek(len(ZSTD_MAGIC)).startswith(ZSTD_MAGIC):
                 return _storage(path, file)
             with self._plain(file, path) as plain:

@@ -30,6 +30,10 @@ LEAST_S = 2.0
 """Length of motion, s, below which there is nothing to fit."""
 HIGHEST_MODE = 0.1
 """Frequency of a mode over the sampling rate up to which its resonance is seen well."""
+MOST_ROWS = 256
+"""Topics, and joints, that are listed."""
+MOST_SHOWN = 64
+"""Joints that are looked at one by one."""
 MUCH_PERCENT = 5.0
 """Share of messages, lost or dropped, that is worth a word."""
 
@@ -53,7 +57,9 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
     if not joints:
         errors.append(_why_none(motions))
         parts.append(f"cannot be identified: {errors[-1]}")
-    for joint in joints:
+    if len(joints) > MOST_SHOWN:
+        parts.append(f"{len(joints)} joints move: of the first {MOST_SHOWN}:")
+    for joint in joints[:MOST_SHOWN]:
         try:
             recording = with_motion_told(read_recording(path, replace(selection, joint=joint)))
             parts.append(_recording_text(recording))
@@ -66,7 +72,9 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
         except FlexIdentError as error:
             errors.append(error)
             parts.append(f"joint {joint or '?'} cannot be identified: {error}")
-    return "\n\n".join(part for part in parts if part), errors[0] if len(errors) >= max(1, len(joints)) else None
+    return "\n\n".join(part for part in parts if part), errors[0] if len(errors) >= max(
+        1, len(joints[:MOST_SHOWN])
+    ) else None
 
 
 def _answer(recording: Recording, sensors: str) -> str:
@@ -88,7 +96,9 @@ def _why_none(motions: Sequence[JointMotion]) -> FlexIdentError:
 
 def _counted(topics: Sequence[Topic], motions: Sequence[JointMotion]) -> list[Topic]:
     """Topics with the messages that were met, where the bag, cut or unfinished, does not say how many it holds."""
-    met = {m.topic: max(o.messages for o in motions if o.topic == m.topic) for m in motions}
+    met: dict[str, int] = {}
+    for motion in motions:
+        met[motion.topic] = max(motion.messages, met.get(motion.topic, 0))
     return [replace(t, count=met.get(t.name)) if t.count is None else t for t in topics]
 
 
@@ -119,7 +129,7 @@ def _contents(path: Path, files: int, topics: Sequence[Topic], damage: Sequence[
         (topic.name, topic.message_type, "" if topic.count is None else _messages(topic.count))
         for topic in sorted(topics, key=lambda t: t.name)
     ]
-    lines = [f"{path}: {files} file{'s' if files > 1 else ''}", *_table(rows)]
+    lines = [f"{path}: {files} file{'s' if files > 1 else ''}", *_first_rows(rows)]
     return "\n".join([*lines, *(f"  damage: {sentence(notice)}" for notice in damage)])
 
 
@@ -141,7 +151,12 @@ def _motions_text(motions: Sequence[JointMotion]) -> str:
         )
         for motion in motions
     ]
-    return "\n".join(["joints (numbers as recorded)", *_table(rows)])
+    return "\n".join(["joints (numbers as recorded)", *_first_rows(rows)])
+
+
+def _first_rows(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """The lines of a table, or of its first rows, and how many more there are."""
+    return _table(rows[:MOST_ROWS]) + ([f"  and {len(rows) - MOST_ROWS} more"] if len(rows) > MOST_ROWS else [])
 
 
 def _recording_text(recording: Recording) -> str:
