@@ -95,7 +95,9 @@ def deserialised(path: Path, most: int) -> int:
 
 def measured(reader: str, path: Path, most: int) -> dict[str, float]:
     """Messages, seconds and peak memory, MiB, of one reader in this process."""
-    from flex_ident.bags import SignalSelection, joint_motions, read_recording
+    from flex_ident.bags.motions import joint_motions
+    from flex_ident.bags.reading import read_recording
+    from flex_ident.bags.selection import SignalSelection
 
     before = time.perf_counter()
     if reader == READERS[0]:

@@ -92,7 +92,8 @@ def write_bag(path: Path, played: Played) -> None:
 
 def result_line(name: str, joint: str, fault: str, index: int, seed: int) -> Line:
     """One faulty recording identified; an exception is a result too."""
-    from flex_ident.bags import SignalSelection, read_recording
+    from flex_ident.bags.reading import read_recording
+    from flex_ident.bags.selection import SignalSelection
     from flex_ident.errors import FlexIdentError
     from flex_ident.estimation.identification import identify
 

@@ -129,7 +129,8 @@ def without_checksums(path: Path) -> Path:
 
 def read_bag(bag: Path, outcome: Outcome, *, whole: bool = True) -> None:
     """Read one; where the messages' contents are `whole`, each that is missing must be said."""
-    from flex_ident.bags import SignalSelection, read_recording
+    from flex_ident.bags.reading import read_recording
+    from flex_ident.bags.selection import SignalSelection
     from flex_ident.report.sentences import sentence
 
     recording = read_recording(bag, SignalSelection(joint="joint_2"))
@@ -223,7 +224,8 @@ def read_file(kind: str, file: Path, text: str) -> None:
 
 def fuzz_identification(case: int, folder: Path, outcome: Outcome) -> None:
     """A damaged bag of a virtual joint, identified; trusted parameters must lie within three standard deviations."""
-    from flex_ident.bags import SignalSelection, read_recording
+    from flex_ident.bags.reading import read_recording
+    from flex_ident.bags.selection import SignalSelection
     from flex_ident.bags.virtual import write_virtual_bag
     from flex_ident.estimation.identification import identify
     from flex_ident.parameters import JointModel

@@ -24,7 +24,8 @@ import numpy as np  # noqa: E402
 
 from flex_ident.gap import GapOptions, explain  # noqa: E402
 from flex_ident.jobs.explaining_set import SecondStage  # noqa: E402
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording  # noqa: E402
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain  # noqa: E402
+from flex_ident.virtual_joint.run import virtual_recording  # noqa: E402
 
 EFFECTS: dict[str, dict[str, float]] = {
     "backlash": {"gap": 5e-4},

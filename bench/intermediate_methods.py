@@ -23,7 +23,8 @@ from flex_ident.regression.inversion import weighted_inversion
 from flex_ident.regression.models import motor_only
 from flex_ident.regression.observation import clean_observation
 from flex_ident.report.table import text_table
-from flex_ident.virtual_joint import PAPER_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import PAPER_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 KEYS = ("Jm", "K", "JL")
 FIRST_MODE_HZ = 3.9

@@ -24,7 +24,8 @@ from flex_ident.parameters import FLEXIBLE_KEYS, JointModel
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording
 from flex_ident.report.table import text_table
-from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "test" / "plants"))
 KEYS = ("Jm", "K", "JL")

@@ -26,7 +26,8 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.filtering.derivatives import zero_phase_lowpass
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
-from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 try:
     import mujoco

@@ -45,7 +45,8 @@ from flex_ident.simulation.batch import LANES, simulated_links
 from flex_ident.simulation.kernel import simulated_link
 from flex_ident.simulation.motion import motor_motion
 from flex_ident.simulation.response import link_motion, motor_torque
-from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 PARAMETERS = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS", "MX", "MY")
 GRAVITY = 9.81

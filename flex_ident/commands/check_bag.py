@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from flex_ident.bags import JointMotion, SignalSelection, joint_motions, read_recording
 from flex_ident.bags.messages import Topic
-from flex_ident.bags.motions import moving_joint
+from flex_ident.bags.motions import JointMotion, joint_motions, moving_joint
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import DataError, ExcitationError, FlexIdentError
 from flex_ident.estimation.estimate import fit_problem

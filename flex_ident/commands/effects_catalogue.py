@@ -19,7 +19,8 @@ from flex_ident.report.figures import MEASURED, PREDICTED, QUIET, png_bytes, sty
 from flex_ident.report.gap_words import VARIABLES
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import MOST_POINTS
-from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, PERFECT, Experiment
+from flex_ident.virtual_joint.run import virtual_recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

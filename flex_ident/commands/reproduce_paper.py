@@ -16,7 +16,8 @@ from flex_ident.report.figures import write_pngs
 from flex_ident.report.folder import made_folder
 from flex_ident.report.identification_plots import torque_plot
 from flex_ident.report.table import rounded, text_table
-from flex_ident.virtual_joint import PAPER_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import PAPER_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 FIRST_MODE_HZ = 3.9
 SAMPLE_RATE_HZ = 350.87

@@ -29,8 +29,8 @@ from flex_ident.estimation.thresholds import (
 )
 from flex_ident.estimation.unseen_effects import unseen_covariance, unseen_stds
 from flex_ident.estimation.unseen_spring import spring_shift
-from flex_ident.filtering import first_mode
 from flex_ident.filtering.band import excited_band_hz
+from flex_ident.filtering.frequency_response import first_mode
 from flex_ident.judgement.priorities import LOADED, REVERSED, apart_in_time
 from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior

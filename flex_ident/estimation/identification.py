@@ -34,7 +34,7 @@ from flex_ident.estimation.ratios import ratios
 from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, rigid_objection, spring_is_open
 from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.estimation.unseen_effects import encoder_notice, gravity_notice, loss_notices
-from flex_ident.filtering import first_mode
+from flex_ident.filtering.frequency_response import first_mode
 from flex_ident.filtering.spectral import ORDER
 from flex_ident.judgement.priorities import LOADED
 from flex_ident.judgement.rules import FIT_RULES, judged

@@ -15,7 +15,7 @@ from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.kind_priors import as_told
 from flex_ident.estimation.motion_told import with_motion_told
-from flex_ident.filtering import first_mode
+from flex_ident.filtering.frequency_response import first_mode
 from flex_ident.gap.base import GapBase, fitted_base, search_start
 from flex_ident.gap.explanation import (
     GapCurves,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flex_ident.bags import read_recording
+from flex_ident.bags.reading import read_recording
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.gap import GapExplanation, explain

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flex_ident.bags import joint_motions
+from flex_ident.bags.motions import joint_motions
 from flex_ident.errors import ExcitationError
 
 

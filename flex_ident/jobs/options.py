@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from flex_ident.bags import SignalSelection
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.configuration.settings import Value
 from flex_ident.effects import check_effect_parameters
 from flex_ident.errors import ConfigurationError, FlexIdentError

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import FlexIdentError
 from flex_ident.gap.options import GapOptions

@@ -11,7 +11,7 @@ import numpy as np
 
 from flex_ident.effects import CATALOGUE, Effect, Probe, Scales, effect_named
 from flex_ident.effects.probe import PLAUSIBLE, SMOOTH_PROBE
-from flex_ident.filtering import first_mode
+from flex_ident.filtering.frequency_response import first_mode
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters import GRAVITY_KEYS
 from flex_ident.parameters.keys import key_text

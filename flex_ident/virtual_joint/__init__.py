@@ -1,4 +1,7 @@
-"""A simulated robot joint: plant, drive and measurement chain of its own, nothing of the estimator's simulation."""
+"""A simulated robot joint: plant, drive and measurement chain of its own, nothing of the estimator's simulation.
+
+Recordings of it are made in `run`, which the node that plays it does without.
+"""
 
 from flex_ident.virtual_joint.drive import INTERFACES, Drive, Interface, ample_effort, drive_for
 from flex_ident.virtual_joint.experiment import Experiment
@@ -6,10 +9,9 @@ from flex_ident.virtual_joint.joint import Instruments, Measurement, VirtualJoin
 from flex_ident.virtual_joint.joints import COBOT_JOINT, JOINTS, PAPER_JOINT, SERIES_ELASTIC_JOINT
 from flex_ident.virtual_joint.measurement import PERFECT, MeasurementChain, chain_for
 from flex_ident.virtual_joint.motion import TrueMotion
-from flex_ident.virtual_joint.run import virtual_motion, virtual_recording, virtual_signals
 
 __all__ = [
     "COBOT_JOINT", "INTERFACES", "JOINTS", "PAPER_JOINT", "PERFECT", "SERIES_ELASTIC_JOINT", "Drive", "Experiment",
     "Instruments", "Interface", "Measurement", "MeasurementChain", "TrueMotion", "VirtualJoint", "ample_effort",
-    "chain_for", "drive_for", "virtual_motion", "virtual_recording", "virtual_signals",
+    "chain_for", "drive_for",
 ]  # fmt: skip

@@ -97,7 +97,7 @@ def refusal(bag: Path) -> Refusal:
     script = """
         import sys, time
         from pathlib import Path
-        from flex_ident.bags import read_recording
+        from flex_ident.bags.reading import read_recording
         from flex_ident.errors import FlexIdentError
         started, said = time.process_time(), ""
         try:

@@ -18,7 +18,7 @@ from bag_writer import (
     written,
 )
 
-from flex_ident.bags import SignalSelection
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.commands.check_bag import bag_check, checked_bag
 from flex_ident.errors import BagError, ExcitationError, SignalError
 

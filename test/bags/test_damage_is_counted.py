@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from bag_writer import JOINT_STATE, ROS1_STORE, Message, data_file, joint_state, mcap_file, ns, ros1_bag, swing, written
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.errors import FlexIdentError
 from flex_ident.recording import Recording
 from flex_ident.report.sentences import sentence

@@ -11,7 +11,10 @@ import pytest
 from bag_writer import LATENCY_NS, RATE_HZ, effort, ns, position
 from mcap.writer import Writer
 
-from flex_ident.bags import SignalSelection, extras, joint_motions, read_recording
+from flex_ident.bags import extras
+from flex_ident.bags.motions import joint_motions
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.errors import SignalError
 from flex_ident.recording import Recording
 

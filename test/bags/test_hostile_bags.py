@@ -25,7 +25,7 @@ from bag_writer import (
 )
 from rosbags.rosbag2 import StoragePlugin
 
-from flex_ident.bags import read_recording
+from flex_ident.bags.reading import read_recording
 from flex_ident.bags.storage import Bag
 from flex_ident.errors import BagError, FlexIdentError
 from flex_ident.report.sentences import sentence

@@ -10,7 +10,8 @@ from hostile_limits import in_seconds
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.commands.check_bag import checked_bag
 from flex_ident.errors import FlexIdentError
 

@@ -7,7 +7,7 @@ import pytest
 from bag_writer import written
 from hostile_limits import in_seconds
 
-from flex_ident.bags import read_recording
+from flex_ident.bags.reading import read_recording
 from flex_ident.errors import BagError, FlexIdentError
 
 pytest.importorskip("backports.zstd")

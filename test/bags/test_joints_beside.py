@@ -5,8 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.bags import SignalSelection, joint_motions, read_recording, writing
+from flex_ident.bags import writing
+from flex_ident.bags.motions import joint_motions
 from flex_ident.bags.other_joints import tracks
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.commands.check_bag import bag_check
 from flex_ident.errors import ExcitationError
 from flex_ident.jobs.joints import moving_joints

@@ -23,7 +23,8 @@ from bag_writer import (
 from mcap.writer import Writer
 from rosbags.rosbag2 import StoragePlugin
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.errors import FlexIdentError, SignalError
 from flex_ident.recording import Recording
 from flex_ident.report.sentences import sentence

@@ -12,10 +12,12 @@ from filled_messages import filled
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from flex_ident.bags import SignalSelection, joint_motions, read_recording
 from flex_ident.bags.known_types import KNOWN_TYPES
 from flex_ident.bags.layouts import MessageLayouts
 from flex_ident.bags.messages import Topic, block_of
+from flex_ident.bags.motions import joint_motions
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.errors import FlexIdentError, SignalError, UsageError
 from flex_ident.recording import Recording
 

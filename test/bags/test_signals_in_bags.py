@@ -26,7 +26,9 @@ from bag_writer import (
 from mcap.writer import Writer
 from rosbags.typesys import get_types_from_msg
 
-from flex_ident.bags import SignalSelection, joint_motions, read_recording
+from flex_ident.bags.motions import joint_motions
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.errors import BagError, ExcitationError, FlexIdentError, SignalError, UsageError
 from flex_ident.recording import Recording
 from flex_ident.report.sentences import sentence

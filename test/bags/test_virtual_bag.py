@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.bags import read_recording
+from flex_ident.bags.reading import read_recording
 from flex_ident.bags.virtual import write_virtual_bag
 from flex_ident.bags.writing import write_joint_states
 from flex_ident.errors import UsageError
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, chain_for, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, chain_for
+from flex_ident.virtual_joint.run import virtual_recording
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.bags import SignalSelection
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.bags.virtual import write_virtual_bag
 from flex_ident.bags.writing import write_joint_states
 from flex_ident.commands.check_bag import bag_check

@@ -20,7 +20,8 @@ from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import MEASUREMENT_KEYS, Term
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 ROOT = Path(flex_ident.__file__).parent
 ALLOWED = {

@@ -10,7 +10,8 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap import GapOptions
 from flex_ident.jobs.options import given_model
 from flex_ident.parameters import JointModel
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=15.0)
 CHAIN = MeasurementChain.with_bits(20, 20, torque_noise=0.01)

@@ -7,7 +7,8 @@ import pytest
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import JointModel
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 pytestmark = pytest.mark.slow
 EXPERIMENT = Experiment(duration_s=25.0, sample_rate_hz=500.0, end_frequency_hz=40.0)

@@ -12,7 +12,8 @@ from flex_ident.notices import Code, Notice
 from flex_ident.recording import Recording, Weight
 from flex_ident.report.sentences import sentence
 from flex_ident.simulation.terms import GRAVITY
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 MX, MY = COBOT_JOINT.value("MX"), COBOT_JOINT.value("MY")
 CHAIN = MeasurementChain.with_bits(17, 20)

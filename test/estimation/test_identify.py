@@ -12,14 +12,8 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
 from flex_ident.recording.alignment import aligned_recording
-from flex_ident.virtual_joint import (
-    COBOT_JOINT,
-    JOINTS,
-    Experiment,
-    MeasurementChain,
-    virtual_recording,
-    virtual_signals,
-)
+from flex_ident.virtual_joint import COBOT_JOINT, JOINTS, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording, virtual_signals
 
 EXPERIMENT = Experiment(duration_s=30.0)
 ESSENTIAL = ("Jm", "K", "JL")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from kinds_of_effort import kind_recording
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.bags.writing import write_joint_states
 from flex_ident.errors import UsageError
 from flex_ident.estimation.identification import identify

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flex_ident.bags import read_recording
+from flex_ident.bags.reading import read_recording
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
@@ -16,7 +16,8 @@ from flex_ident.recording import Recording
 from flex_ident.recording.magnitudes import magnitude_notices
 from flex_ident.report.advice import first_thing
 from flex_ident.report.sentences import sentence
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 pytestmark = pytest.mark.slow
 EMPS = Path(__file__).resolve().parents[3] / "shared" / "real" / "emps_train"

@@ -7,7 +7,8 @@ import pytest
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import JointModel
-from flex_ident.virtual_joint import Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 LINK, MOTOR = 2.0, 1.0
 

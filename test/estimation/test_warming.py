@@ -3,7 +3,8 @@
 import pytest
 
 from flex_ident.estimation.identification import identify
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 
 @pytest.mark.slow

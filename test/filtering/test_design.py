@@ -4,7 +4,7 @@ import pytest
 
 from flex_ident.commands.design_filter import design_filter
 from flex_ident.errors import UsageError
-from flex_ident.filtering import butterworth_cutoff_rad_s, filter_design, sampling_rate_hz
+from flex_ident.filtering.design import butterworth_cutoff_rad_s, filter_design, sampling_rate_hz
 
 BANDWIDTH = 6 * 2 * 3.141592653589793 * 3.9
 

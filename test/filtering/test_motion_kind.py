@@ -8,7 +8,8 @@ from flex_ident.estimation.identification import identify
 from flex_ident.estimation.motion_told import motion_notice, with_motion_told
 from flex_ident.filtering.motion_kind import constant_speed, single_tone_hz
 from flex_ident.recording import Floats, Recording
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 RATE = 500.0
 TIME = np.arange(0.0, 20.0, 1.0 / RATE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flex_ident.filtering import SpectralFilter
+from flex_ident.filtering.spectral import SpectralFilter
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,11 @@ import numpy as np
 import pytest
 import scipy.io
 
-from flex_ident.bags import SignalSelection, extras, joint_motions, read_recording
+from flex_ident.bags import extras
 from flex_ident.bags.extras import MissingExtraError
+from flex_ident.bags.motions import joint_motions
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.configuration import IMPORT_SETTINGS, read_settings
 from flex_ident.errors import BagError, FlexIdentError, SignalError, UsageError
 from flex_ident.formats import Imported, imported, matlab_files, tables

@@ -9,7 +9,8 @@ from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.explain import explain
 from flex_ident.gap.options import GapOptions
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich")
 CHAIN = MeasurementChain.with_bits(17, 20)

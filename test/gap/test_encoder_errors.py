@@ -10,7 +10,8 @@ from flex_ident.parameters import JointModel
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import candidates
 from flex_ident.screening.linear_probe import encoder_error_change
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich")
 WIDE = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich", amplitude=0.8)

@@ -10,7 +10,8 @@ from flex_ident.gap import GapExplanation, GapOptions, explain
 from flex_ident.gap.simulator import compared_with_simulator
 from flex_ident.parameters import JointModel
 from flex_ident.report.gap_result import gap_content
-from flex_ident.virtual_joint import COBOT_JOINT, PAPER_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, PAPER_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=24.0, sample_rate_hz=500.0)
 CHAIN = MeasurementChain(torque_noise=0.01, jitter=0.02)

@@ -10,7 +10,8 @@ from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.values import Values
 from flex_ident.screening.candidates import candidates
 from flex_ident.simulation.terms import HARMONICS
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment
+from flex_ident.virtual_joint.run import virtual_recording
 
 
 @pytest.fixture(scope="module")

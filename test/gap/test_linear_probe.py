@@ -6,7 +6,8 @@ import pytest
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.parameters.values import Values
 from flex_ident.screening.linear_probe import second_mode_change, transmission_error_change
-from flex_ident.virtual_joint import PAPER_JOINT, PERFECT, Experiment, virtual_recording
+from flex_ident.virtual_joint import PAPER_JOINT, PERFECT, Experiment
+from flex_ident.virtual_joint.run import virtual_recording
 
 
 @pytest.mark.parametrize("late", [{}, {"time_delay.delay": 8e-3, "link_skew": 3e-3}])

@@ -28,7 +28,8 @@ from flex_ident.report.gap_result import gap_content
 from flex_ident.report.gap_table import gap_text
 from flex_ident.report.gap_words import reading_text
 from flex_ident.report.units import as_they_are
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 

@@ -14,7 +14,8 @@ from flex_ident.gap import GapOptions, explain
 from flex_ident.likelihood.problem import values_of
 from flex_ident.parameters.values import Values
 from flex_ident.screening.linear_probe import mount_change
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 CLEAN = MeasurementChain(1e-9, 1e-9, 0.0, 0.0)
 

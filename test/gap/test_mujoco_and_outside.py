@@ -14,7 +14,8 @@ from flex_ident.gap import GapExplanation, explain
 from flex_ident.gap.units import prismatic_explanation
 from flex_ident.recording import Recording
 from flex_ident.report.gap_result import gap_content
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=16.0, sample_rate_hz=250.0)
 CHAIN = MeasurementChain(torque_disturbance=0.005)

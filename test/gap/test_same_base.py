@@ -16,7 +16,8 @@ from flex_ident.gap.sizes import gap_size
 from flex_ident.likelihood.remainder import remainder
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 FEW = ("friction_drift",)
 """The catalogue that is searched: what it holds is not the matter here."""

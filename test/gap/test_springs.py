@@ -7,7 +7,8 @@ import pytest
 
 from flex_ident.estimation.identification import identify
 from flex_ident.gap import GapOptions, explain
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich")
 CHAIN = MeasurementChain.with_bits(17, 20)

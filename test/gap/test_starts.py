@@ -12,7 +12,8 @@ from flex_ident.gap import explain
 from flex_ident.parameters.values import Values
 from flex_ident.screening.anew import FitScans
 from flex_ident.screening.candidates import scales_of
-from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import JOINTS, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=24.0, sample_rate_hz=500.0)
 CHAIN = MeasurementChain(torque_noise=0.01, jitter=0.02)

@@ -13,7 +13,8 @@ from flex_ident.parameters.values import Values
 from flex_ident.recording import Recording, Sampling
 from flex_ident.recording.recording import Role
 from flex_ident.simulation.terms import MEASUREMENT_KEYS
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 CHAIN = {"torque_delay", "torque_averaging", "effort_lag"}
 TURNOVER = {"reversal_speed", "presliding", "reversal_lead"}

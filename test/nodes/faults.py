@@ -20,7 +20,8 @@ from typing import TypeVar
 from plant_faults import PLANT_FAULTS, PlantFault, PlantOutcome, plant_rows, played
 from rig import JOINT, POSITION_LIMIT, VELOCITY_LIMIT, Rig, rig
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.errors import ExcitationError, FlexIdentError
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"

@@ -27,7 +27,8 @@ from rosbags.highlevel import AnyReader
 from scipy.optimize import least_squares
 
 from flex_ident import __version__
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.excitation import ChirpSettings, chirp_reference
 from flex_ident.excitation.motions import SHORTEST_TRAVEL_S
 from flex_ident.nodes import chirp_exciter

@@ -69,7 +69,7 @@ def test_limits_that_come_in_mid_motion_hold_from_then_on_and_a_repetition_is_no
         assert made.until("aborted"), made.output("chirp_exciter")
         assert made.state["reason"] == "/robot_description has changed"
         made.states.clear()
-        made.spin(1.0)  # what was sent before has come
+        made.listen_up()
         before = len(made.commands)
         assert "-0.02 to 0.02 rad" in made.start_exciting(4.0)
         assert len(made.commands) == before

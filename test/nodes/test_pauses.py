@@ -12,7 +12,8 @@ import pytest
 pytest.importorskip("rclpy", reason="needs rclpy")
 from rig import JOINT, VELOCITY_LIMIT, rig
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 
 pytestmark = pytest.mark.ros
 PAUSE_S = 0.35

@@ -8,7 +8,8 @@ import numpy as np
 
 from flex_ident.parameters import JointModel
 from flex_ident.recording import Recording
-from flex_ident.virtual_joint import Experiment, MeasurementChain, virtual_motion, virtual_recording
+from flex_ident.virtual_joint import Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_motion, virtual_recording
 
 GRAVITY = 9.81
 NOISE = 0.01

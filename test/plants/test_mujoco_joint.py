@@ -10,13 +10,8 @@ from mujoco_joint import mujoco_motion, mujoco_recording
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.parameters import Identification, JointModel
-from flex_ident.virtual_joint import (
-    COBOT_JOINT,
-    JOINTS,
-    Experiment,
-    MeasurementChain,
-    virtual_motion,
-)
+from flex_ident.virtual_joint import COBOT_JOINT, JOINTS, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_motion
 
 
 @pytest.mark.parametrize(

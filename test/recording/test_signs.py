@@ -8,7 +8,8 @@ import pytest
 from flex_ident.errors import SignalError
 from flex_ident.recording import Recording
 from flex_ident.recording.signs import brakes, corners_at_zero, refuse_unsigned
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 CHAIN = MeasurementChain.with_bits(17, 17, torque_noise=0.01)
 

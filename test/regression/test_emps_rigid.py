@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from flex_ident.bags import SignalSelection, read_recording
+from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
 from flex_ident.regression import identify_linear
 
 EMPS = Path(__file__).resolve().parents[3] / "shared" / "real" / "emps_train"

@@ -4,7 +4,8 @@ import pytest
 
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=15.0)
 CHAIN = MeasurementChain.with_bits(20, 20, torque_noise=0.01)

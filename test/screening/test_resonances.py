@@ -15,7 +15,8 @@ from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.parameters import FLEXIBLE_KEYS
 from flex_ident.screening.candidates import Candidate, scales_of
 from flex_ident.screening.scoring import orthonormal, whitened_change
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 BASE = {"inertia": 60.0, "hz": 8.0, "ratio": 0.02}
 """Inertia over the joint's; a base of the joint's own mode."""

@@ -8,7 +8,8 @@ import pytest
 from flex_ident.effects import CATALOGUE
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.likelihood.problem import values_of
-from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain, virtual_recording
+from flex_ident.virtual_joint import COBOT_JOINT, Experiment, MeasurementChain
+from flex_ident.virtual_joint.run import virtual_recording
 
 EXPERIMENT = Experiment(duration_s=16.0, sample_rate_hz=1000.0)
 CLEAN = MeasurementChain(1e-9, 1e-9, 0.0, 0.0)

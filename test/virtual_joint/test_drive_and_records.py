@@ -18,11 +18,9 @@ from flex_ident.virtual_joint import (
     ample_effort,
     chain_for,
     drive_for,
-    virtual_motion,
-    virtual_recording,
-    virtual_signals,
 )
 from flex_ident.virtual_joint.drive import drive_cycles
+from flex_ident.virtual_joint.run import virtual_motion, virtual_recording, virtual_signals
 
 RIGID = JointModel({"J": 2.0, "FV": 3.0, "FS": 1.0, "MX": 0.2, "MY": 1.0}, joint="rigid")
 

@@ -8,9 +8,10 @@ import pytest
 from flex_ident.effects.catalogue import CATALOGUE
 from flex_ident.errors import ConfigurationError
 from flex_ident.parameters import JointModel
-from flex_ident.virtual_joint import PERFECT, Drive, Experiment, TrueMotion, drive_for, virtual_motion, virtual_signals
+from flex_ident.virtual_joint import PERFECT, Drive, Experiment, TrueMotion, drive_for
 from flex_ident.virtual_joint.physics import EFFECTS, plant_values
 from flex_ident.virtual_joint.plant import state_at_rest, stepped
+from flex_ident.virtual_joint.run import virtual_motion, virtual_signals
 
 LEVEL = JointModel({"Jm": 1.0, "K": 1e4, "JL": 1.0, "FVm": 8.0, "FSm": 4.0, "FV": 2.0, "FS": 1.0}, joint="level")
 """Without gravity: at constant speed the motor's torque is friction."""
