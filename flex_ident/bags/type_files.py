@@ -9,7 +9,7 @@ from pathlib import Path
 from flex_ident.bags.messages import Topic
 from flex_ident.errors import UsageError
 from flex_ident.parameters.documents import DocumentError, text_of
-from flex_ident.recording.names import path_text
+from flex_ident.recording.names import at_home, path_text
 
 LARGEST_FILE = 1 << 18
 MOST_FILES = 1024
@@ -32,7 +32,7 @@ def type_files(paths: Iterable[str]) -> tuple[TypeFile, ...]:
     named: dict[Path, None] = {}
     beside: dict[Path, None] = {}
     for given in paths:
-        path = Path(given).expanduser()
+        path = at_home(given)
         if path.is_dir():
             found = [own for pattern in BELOW for own in sorted(path.glob(pattern))][:MOST_FILES]
             if not found:

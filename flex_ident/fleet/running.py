@@ -18,6 +18,7 @@ from flex_ident.fleet.rows import ERROR
 from flex_ident.fleet.work import Outcome, Work, archived, lost
 from flex_ident.jobs.options import identify_options, names_in, signal_selection
 from flex_ident.jobs.sets import refuse_of_one
+from flex_ident.recording.names import at_home
 from flex_ident.report.folder import check_writable
 
 FILES = ("model", "type_file")
@@ -66,7 +67,7 @@ def batch(
     in the archive, and the same call goes on from there.
     """
     settings = asked(values)
-    archive = Archive(folder.expanduser().resolve())
+    archive = Archive(at_home(folder).resolve())
     works = [Work(own.path, own.robot, tag, settings, archive.folder) for own in recordings]
     check_writable(archive.folder, "--archive")
     done: list[Outcome] = []
@@ -83,7 +84,7 @@ def asked(values: Mapping[str, Value]) -> dict[str, Any]:
     refuse_of_one(values)
     settings: dict[str, Any] = {k: v for k, v in values.items() if k not in ("out", "payload", "leave_out")}
     for key in FILES:
-        paths = [Path(name).expanduser().resolve() for name in names_in(settings[key])]
+        paths = [at_home(name).resolve() for name in names_in(settings[key])]
         if paths:
             settings[key] = ",".join(map(str, paths))
             try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from flex_ident.bags.selection import SignalSelection
 from flex_ident.configuration.settings import Value
@@ -13,6 +12,7 @@ from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.options import GapOptions
 from flex_ident.parameters import JointModel, read_joint_model
 from flex_ident.parameters.effort_kinds import CURRENT, MOTOR
+from flex_ident.recording.names import at_home
 
 
 def _text(values: Mapping[str, Value], key: str) -> str | None:
@@ -40,7 +40,7 @@ def given_model(values: Mapping[str, Value]) -> JointModel | None:
     path = _text(values, "model")
     if not path:
         return None
-    model = read_joint_model(Path(path).expanduser())
+    model = read_joint_model(at_home(path))
     try:
         for name, parameters in model.effects.items():
             check_effect_parameters(name, dict(parameters))

@@ -9,6 +9,7 @@ from pathlib import Path
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.recording import Recording
+from flex_ident.recording.names import at_home
 from flex_ident.report.folder import check_writable, folder_name, own_folder
 
 SUFFIXES = (".zstd", ".mcap", ".db3", ".bag")
@@ -52,7 +53,7 @@ def place_of(values: Mapping[str, Value], bag: Path, *, many: bool = False, need
     """
     if not values["out"]:
         return Place(lambda joint: DEFAULT / f"{bag_name(bag)}_{folder_name(joint)}", needed=needed)
-    base = Path(str(values["out"])).expanduser()
+    base = at_home(str(values["out"]))
     if needed:
         check_writable(base)
     return Place(lambda joint: base / folder_name(joint) if many else base, shared=False, needed=needed)

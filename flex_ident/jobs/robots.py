@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.parameters.documents import DocumentError, text_of
 from flex_ident.recording import Recording
-from flex_ident.recording.names import path_text
+from flex_ident.recording.names import at_home, path_text
 from flex_ident.robot.weight import weight_on
 from flex_ident.robot.xml import LARGEST
 
@@ -19,7 +18,7 @@ def description_of(values: Mapping[str, Value]) -> str | None:
     """The URDF that was named; None without one. Raises UsageError where it cannot be read."""
     if not values.get("urdf"):
         return None
-    path = Path(str(values["urdf"])).expanduser()
+    path = at_home(str(values["urdf"]))
     try:
         return text_of(path, LARGEST)
     except DocumentError as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from flex_ident.bags.reading import read_recording
@@ -15,6 +14,7 @@ from flex_ident.gap.options import GapOptions
 from flex_ident.gap.simulator import SimulatorGap, compared_with_simulator, simulator_content
 from flex_ident.parameters import Parameter
 from flex_ident.recording import Recording
+from flex_ident.recording.names import at_home
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def simulated_recording(values: Mapping[str, Value], selection: SignalSelection)
     if not values["simulated"]:
         return None
     own = replace(selection, effort_scale=1.0, gear_ratio=1.0)
-    return read_recording(Path(str(values["simulated"])).expanduser(), own)
+    return read_recording(at_home(str(values["simulated"])), own)
 
 
 def beside_simulator(

@@ -36,6 +36,7 @@ from flex_ident.nodes.health import LEVELS, failed, health_of
 from flex_ident.nodes.job import IDLE, Job
 from flex_ident.nodes.running import run_node, spin
 from flex_ident.nodes.usage import Usage
+from flex_ident.recording.names import at_home
 
 COMMANDS_ONLY = ("out",)
 """Keys of the commands that a file for both may hold."""
@@ -224,7 +225,7 @@ class Identifier(Node):
 
     def _folder(self, bag: str, joint: str) -> Path | None:
         base = str(self.get_parameter("output_directory").value)
-        return Path(base).expanduser() / f"{Path(bag).stem}_{joint.replace('/', '_')}" if base else None
+        return at_home(base) / f"{Path(bag).stem}_{joint.replace('/', '_')}" if base else None
 
     def _identified(self) -> Content:
         values = self._values()

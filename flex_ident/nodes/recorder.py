@@ -15,6 +15,7 @@ from flex_ident.excitation.pace import Pace
 from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
 from flex_ident.nodes.message_types import definition_and_digest
 from flex_ident.nodes.raw_topics import RawTopics
+from flex_ident.recording.names import at_home
 
 
 class Recorder:
@@ -99,7 +100,7 @@ def opened_recorder(
     """A recorder into a new bag in a directory, named after the joint and the time. Raises FlexIdentError."""
     stem = f"{values['joint']}_{time.strftime('%Y%m%d_%H%M%S')}".replace("/", "_")
     bag = BagFile(
-        unique_folder(directory.expanduser().resolve(), stem), storage=str(values["recording.storage"]),
+        unique_folder(at_home(directory).resolve(), stem), storage=str(values["recording.storage"]),
         information=information, least_free=int(values["recording.least_free_mib"] * MIB),
     )  # fmt: skip
     return Recorder(node, raw, bag, topics, own)

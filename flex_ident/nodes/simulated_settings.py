@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from rcl_interfaces.msg import ParameterDescriptor
@@ -22,6 +21,7 @@ from flex_ident.nodes.usage import Usage
 from flex_ident.parameters import FLEXIBLE_KEYS, RIGID_KEYS, UNITS, JointModel, read_joint_model
 from flex_ident.parameters.keys import key_text
 from flex_ident.parameters.parameter import NON_NEGATIVE
+from flex_ident.recording.names import at_home
 from flex_ident.simulation.terms import MOST_POINTS
 from flex_ident.virtual_joint import COBOT_JOINT, INTERFACES, Drive, Instruments, Interface, ample_effort, drive_for
 
@@ -134,7 +134,7 @@ def _declared(node: Node, settings: Iterable[Setting], *, read_only: bool = True
 def _model(node: Node, joint: str) -> JointModel:
     """The model of the file, or a cobot's joint, with the parameters given singly."""
     file = str(_declared(node, (MODEL_FILE,))["model_file"])
-    base = read_joint_model(Path(file).expanduser()) if file else COBOT_JOINT
+    base = read_joint_model(at_home(file)) if file else COBOT_JOINT
     for name, parameters in base.effects.items():
         check_effect_parameters(name, dict(parameters))
     rigid = float(_declared(node, (replace(RIGID, default=base.value("J")),))["J"])

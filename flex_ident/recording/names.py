@@ -23,6 +23,11 @@ def decoded(raw: bytes) -> str:
     return harmless(raw.decode("utf-8", "replace"))
 
 
+def at_home(path: str | Path) -> Path:
+    """The path with `~` for the home folder; as it is, and so not found, where a user of that name is not there."""
+    return Path(os.path.expanduser(path))
+
+
 def path_text(path: Path) -> str:
     r"""A path as it can be shown: bytes that are not UTF-8 as `\xff`, control characters replaced."""
     return harmless(os.fsencode(path).decode("utf-8", "backslashreplace"))

@@ -22,7 +22,8 @@ def body():
         print("writing", flush=True)
         if len(sys.argv) > 2:
             print("x" * 1_000_000)
-        time.sleep(30.0)
+        for _ in range(3000):  # a signal just before one long sleep would be heeded at its end
+            time.sleep(0.01)
     return 0
 
 sys.exit(exit_status("command", body))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+import resource
 import signal
 import time
 from collections.abc import Callable
@@ -20,6 +21,8 @@ from stand_in import KINDS, STOPPED, exciting, guard_pid
 EFFORT_LIMIT = 60.0
 TIMEOUT_S = 0.6
 """Of joint states, where these are at fault."""
+MORE_BYTES = 100_000
+"""That a bag may grow on a disk that is about to be full."""
 HELD_AT = 0.5
 """Where the joint that shall hold stands, rad."""
 
@@ -91,6 +94,23 @@ def guard_killed(made: Rig, kind: str) -> float:
     return at
 
 
+def called_off(made: Rig, kind: str) -> float:
+    """Somebody calls the run off."""
+    exciting(made, kind)
+    at = time.monotonic()
+    assert made.call("/chirp_exciter/stop") == (True, "ramping down")
+    return at
+
+
+def full_disk(made: Rig, kind: str) -> float:
+    """The bag's file cannot grow any more, as on a disk that is full."""
+    exciting(made, kind)
+    most = next(made.bag().glob("*.mcap")).stat().st_size + MORE_BYTES
+    at = time.monotonic()
+    resource.prlimit(made.processes["chirp_exciter"].pid, resource.RLIMIT_FSIZE, (most, most))
+    return at
+
+
 def robot_fault(name: str, *, later_s: float = 0.0, **parameters: Any) -> Play:
     """A fault of the robot in mid-chirp, so much later than usual."""
 
@@ -124,25 +144,36 @@ class PlantFault:
     kinds: tuple[str, ...] = ("position", "velocity", "effort", "trajectory")
 
 
-FEEDBACK = ("velocity", "effort")
+BAD_READINGS = {
+    "the reading wraps by a whole turn": ("wrap", "a whole turn: it wraps"),
+    "the reading jumps by 0.3 rad": ("jump", "jumps by +0."),
+    "the readings freeze, their stamps go on": ("freeze", "their stamps go on"),
+    "the driver repeats one message": ("repeat", "the same stamp again"),
+    "the readings go NaN": ("nan", "is nan"),
+    "the readings lose the joint": ("lose_joint", "vanished"),
+    "the readings come later and later": ("late", "behind, 0.600 s allowed"),
+    "the readings' clock jumps by 5 s": ("time_jump", "time jumps by +"),
+    "the readings stop": ("stop", "no joint state for"),
+}
+"""What the robot's driver does, and the cause that must be told."""
 PLANT_FAULTS: dict[str, PlantFault] = {
     "kill -9 of the exciter": PlantFault(signalled("SIGKILL"), "no heartbeat for", status=-9),
     "the exciter stands still (SIGSTOP) and goes on": PlantFault(signalled("SIGSTOP"), "this node stood still for"),
-    "the terminal closes (SIGHUP)": PlantFault(signalled("SIGHUP"), "stopped by SIGHUP", kinds=FEEDBACK),
-    "kill -9 of the guard": PlantFault(guard_killed, "has ended", kinds=FEEDBACK),
-    "the reading wraps by a whole turn": PlantFault(robot_fault("wrap"), "a whole turn: it wraps", kinds=FEEDBACK),
-    "the reading jumps by 0.3 rad": PlantFault(robot_fault("jump"), "jumps by +0.", kinds=FEEDBACK),
-    "the readings freeze, their stamps go on": PlantFault(robot_fault("freeze"), "their stamps go on", kinds=FEEDBACK),
-    "the driver repeats one message": PlantFault(robot_fault("repeat"), "the same stamp again", kinds=FEEDBACK),
-    "the readings go NaN": PlantFault(robot_fault("nan"), "is nan", kinds=FEEDBACK),
-    "the readings lose the joint": PlantFault(robot_fault("lose_joint"), "vanished", kinds=FEEDBACK),
-    "the readings come later and later": PlantFault(robot_fault("late"), "behind, 0.600 s allowed", kinds=FEEDBACK),
+    "the terminal closes (SIGHUP)": PlantFault(signalled("SIGHUP"), "stopped by SIGHUP"),
+    "SIGINT": PlantFault(signalled("SIGINT"), "stopped by SIGINT"),
+    "SIGTERM": PlantFault(signalled("SIGTERM"), "stopped by SIGTERM"),
+    "a call of ~/stop": PlantFault(called_off, "stopped by ~/stop"),
+    "the disk is full": PlantFault(full_disk, "failed (File too large)"),
+    "kill -9 of the guard": PlantFault(guard_killed, "has ended"),
+    **{name: PlantFault(robot_fault(fault), reason) for name, (fault, reason) in BAD_READINGS.items()},
     "the controller is not active from the start": PlantFault(inactive, "does not follow"),
     "the controller is switched off at two thirds": PlantFault(
         robot_fault("inactive", later_s=3.0), "has stopped following", kinds=("position", "trajectory")
     ),
     "a protective stop at two thirds": PlantFault(robot_fault("halt", later_s=3.0), "has stopped following"),
-}  # fmt: skip
+}
+"""A controller that is switched off leaves the last speed or effort standing, which nobody on the network can end: that
+fault has no row under these kinds."""
 
 
 def played(made: Rig, name: str, kind: str) -> PlantOutcome:

@@ -26,6 +26,7 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -41,6 +42,7 @@ POSITION_S, VELOCITY_S = 0.01, 0.005
 PRIORITY = 30
 NOISE = 1e-5
 LATE_S = 1.5
+CLOCK_STEP = Duration(seconds=5.0)
 STEP_S, LONGEST_STEP_S = 1e-3, 0.05
 
 
@@ -226,7 +228,8 @@ class Driver:
             read = read - np.array([[math.tau], [0.0], [0.0]])
         names = r.joints if self.fault != "lose_joint" else r.joints[:1]
         message = JointState(name=names)
-        message.header.stamp = self.node.get_clock().now().to_msg()
+        stamp = self.node.get_clock().now()
+        message.header.stamp = (stamp + CLOCK_STEP if self.fault == "time_jump" else stamp).to_msg()
         message.position, message.velocity = (read[k, : len(names)].tolist() for k in (0, 1))
         if r.efforts:
             message.effort = read[2, : len(names)].tolist()
