@@ -19,6 +19,7 @@ from flex_ident.formats.opening import opened_tables
 from flex_ident.formats.tables import Table
 from flex_ident.notices import Code, Notice
 from flex_ident.recording import Floats
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.names import path_text
 from flex_ident.report.sentences import sentence
 
@@ -173,7 +174,7 @@ def _doubts(joints: Sequence[Columns], signals: Mapping[str, Floats]) -> list[st
     lines = []
     for i, joint in enumerate(joints):
         values = signals["position"][:, i]
-        values = values[np.isfinite(values)]
+        values = values[measurable(values)]
         if values.size and float(np.ptp(values)) > TURNS and joint.scales["position"] == 1.0:
             lines.append(
                 f"{joint.joint} moves {np.ptp(values):.4g}: if that is in degrees, import it again with "

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flex_ident.notices import Code, Notice
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.noise import runs_of_equal
 from flex_ident.recording.raw import RawSignal
 from flex_ident.recording.recording import Floats, Role
@@ -51,7 +52,7 @@ def _kept(raw: RawSignal, kept: NDArray[np.bool_]) -> RawSignal:
 def _between(position: Floats, empty: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which (n,) of the empty messages stand in short runs between positions that are far from zero."""
     none = np.zeros(empty.size, bool)
-    others = position[~empty & np.isfinite(position)]
+    others = position[~empty & measurable(position)]
     if not empty.any() or others.size < FEWEST_RUNS:
         return none
     starts, lengths = runs_of_equal(empty.astype(np.float64))

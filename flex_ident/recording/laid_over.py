@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.notices import Code, Notice
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.raw import RawSignal
 from flex_ident.recording.recording import Role
 
@@ -52,7 +53,7 @@ def without_laid_over(raw: Mapping[Role, RawSignal]) -> tuple[dict[Role, RawSign
 def _window(motor: RawSignal) -> tuple[int, int] | None:
     """From when to when, ns, two stretches take turns; None where there is no such time."""
     time, values = motor.received, motor.values
-    if time.size < FEWEST or not bool(np.all(np.diff(time) >= 0)) or not bool(np.all(np.isfinite(values))):
+    if time.size < FEWEST or not bool(np.all(np.diff(time) >= 0)) or not bool(np.all(measurable(values))):
         return None
     width = BIN * float(np.percentile(np.diff(time), 75.0))
     if width <= 0.0 or (time[-1] - time[0]) / width > time.size:

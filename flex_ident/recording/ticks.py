@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flex_ident.recording.cleaning import measurable
 from flex_ident.recording.instants import evened
 from flex_ident.recording.recording import Floats
 
@@ -68,7 +69,7 @@ def taken_when_stamped(time: Floats, values: Floats, tick: float) -> bool:
     `time` (n,), s, in ticks of `tick`, s; `values` (n,) as recorded. A motion is smooth at the times it was sampled at:
     at others, it is as rough as they are wrong times its speed.
     """
-    usable = np.isfinite(time) & np.isfinite(values)
+    usable = measurable(time) & measurable(values)
     time, values = time[usable], values[usable]
     if time.size < FEWEST or (np.diff(time) <= 0.0).any():
         return False

@@ -49,3 +49,13 @@ def test_an_effort_of_another_topic_is_left_alone() -> None:
     given = messages(np.zeros(TIME.size), np.zeros(TIME.size), TIME)
     given["motor_torque"] = raw("effort", np.zeros(10), TIME[:10])
     assert without_empty_messages(given)[1] == []  # type: ignore[arg-type]
+
+
+def test_numbers_near_the_largest_there_is_are_no_positions() -> None:
+    position, effort = 0.2 * np.sin(4.0 * TIME) + 0.7, 5.0 * np.cos(4.0 * TIME)
+    position[25::50], effort[25::50] = 0.0, 0.0
+    position[7::40] = np.where(np.arange(position[7::40].size) % 2, 1.5e308, -1.5e308)
+    with np.errstate(over="raise"):
+        found, notices = without_empty_messages(messages(position, effort, TIME))  # type: ignore[arg-type]
+    assert found["motor_position"].values.size == TIME.size - TIME[25::50].size
+    assert len(notices) == 2
