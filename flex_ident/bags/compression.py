@@ -21,7 +21,7 @@ PIECE = 1 << 16
 """Bytes of compressed data that are looked at together."""
 EXPANDED = 4 << 20
 """Plain bytes that are taken out at once."""
-LARGEST = 128 << 20
+LARGEST = 112 << 20
 """Plain bytes of one chunk or message, at most."""
 FREE, RATIO = 128 << 20, 200
 """Plain bytes of a bag, at most: so many, and so many for each compressed byte. Joint states shrink by 3 to 100."""

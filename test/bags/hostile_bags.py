@@ -71,9 +71,9 @@ COMPUTED = (
 HOSTILE: dict[str, Callable[[Path], Path]] = {
     "zstd, 4 GiB announced": lambda p: bomb(p / "a.mcap", zstd_zeros(4096), "zstd", 4 << 30),
     "zstd, 1 MiB announced": lambda p: bomb(p / "a.mcap", zstd_zeros(4096), "zstd", 1 << 20),
-    "zstd, 128 MiB announced, 400 times": lambda p: bomb(p / "a.mcap", zstd_zeros(128), "zstd", 128 << 20, 400),
+    "zstd, 112 MiB announced, 400 times": lambda p: bomb(p / "a.mcap", zstd_zeros(112), "zstd", 112 << 20, 400),
     "lz4, 4 GiB announced": lambda p: bomb(p / "a.mcap", lz4_zeros(4096), "lz4", 4 << 30),
-    "lz4, 128 MiB announced, 40 times": lambda p: bomb(p / "a.mcap", lz4_zeros(128), "lz4", 128 << 20, 40),
+    "lz4, 112 MiB announced, 40 times": lambda p: bomb(p / "a.mcap", lz4_zeros(112), "lz4", 112 << 20, 40),
     "2^63 bytes announced": lambda p: bomb(p / "a.mcap", b"", "", 1 << 63),
     "empty frames": lambda p: bomb(p / "a.mcap", zstd.compress(b"") * 500_000, "zstd", 1 << 20),
     "whole file": lambda p: (p / "a.mcap.zstd").write_bytes(zstd_zeros(4096)) and p / "a.mcap.zstd",
