@@ -1,4 +1,4 @@
-"""Damaged and hostile bags, metadata, configurations, models and results: what reading them ends in.
+"""Damaged and hostile bags, and files of each other kind that is read: what reading them ends in.
 
     python bench/fuzz_bags.py [--bags 500] [--files 200] [--identify 0] [--seed 0] [--jobs 2] [--kind TEXT]
 
@@ -25,7 +25,7 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any
 
-from fuzz_cases import FILES, Outcome, bag_kinds, run_case
+from fuzz_cases import OTHERS, Outcome, bag_kinds, run_case
 
 HANG_S = 30.0
 ADDRESS_SPACE = 6 << 30
@@ -160,7 +160,7 @@ def main() -> int:
             return int(bool(outcome.faults))
         first = given.seed
         tasks = [("bag", i) for i in range(first, first + given.bags)]
-        tasks += [("file", i) for i in range(first, first + len(FILES) * given.files)]
+        tasks += [("file", i) for i in range(first, first + len(OTHERS) * given.files)]
         tasks += [("identify", i) for i in range(first, first + given.identify)]
         started = time.monotonic()
         outcomes = run_all(tasks, bases, given.jobs)

@@ -17,10 +17,12 @@ from typing import Any
 
 import numpy as np
 from fuzz_mutations import NASTY, NASTY_XML, mcap_records, mutated, mutated_content, mutated_text
+from fuzz_tables import KINDS, damaged
 
 from flex_ident.errors import FlexIdentError
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "test" / "bags"))
+TESTS = Path(__file__).resolve().parent.parent / "test"
+sys.path[:0] = [str(TESTS / "bags"), str(TESTS / "plants")]
 
 MEMORY_MIB = 1024.0
 SAMPLES = 1500
@@ -60,6 +62,8 @@ FILES = {
     "configuration": "a.yaml", "model": "model.yaml", "result": "result.json", "urdf": "robot.urdf",
     "metadata": "metadata.yaml",
 }  # fmt: skip
+OTHERS = (*FILES, *KINDS)
+"""Kinds of files that are no bags, in turn by the number of the case."""
 
 
 @dataclass
@@ -176,11 +180,15 @@ def fuzz_bag(case: int, folder: Path, outcome: Outcome, bases: dict[str, Path]) 
 def fuzz_file(case: int, folder: Path, outcome: Outcome, bases: dict[str, Path]) -> None:
     """A file of another kind, by the case's number."""
     random = np.random.default_rng([2, case])
-    outcome.kind = list(FILES)[case % len(FILES)]
+    outcome.kind = OTHERS[case % len(OTHERS)]
+    if outcome.kind in KINDS:
+        outcome.mutation = damaged(outcome.kind, folder, random)
+        outcome.ending = "read"
+        return
     file, nasty = folder / FILES[outcome.kind], NASTY
     if outcome.kind == "metadata":
         folders = [b for b in bases.values() if b.is_dir()]
-        bag = Path(shutil.copytree(folders[case // len(FILES) % len(folders)], folder / "bag"))
+        bag = Path(shutil.copytree(folders[case // len(OTHERS) % len(folders)], folder / "bag"))
         file = bag / FILES[outcome.kind]
         whole = file.read_text()
     elif outcome.kind == "urdf":
