@@ -33,6 +33,8 @@ TURNS = 4.0 * math.pi
 MOST_DROPPED = 0.05
 """Share of rows whose time does not advance, beyond which the rows are no recording."""
 FEWEST = 3
+LARGEST = 1e301
+"""Magnitude of a number from which it is damage, as differences of two such numbers may be none."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def imported(files: Path | Sequence[Path], bag: Path, values: Mapping[str, objec
     names = dict.fromkeys(
         [*([choice.time] if choice.time else []), *(n for j in choice.joints for n in j.names.values())]
     )
-    content = table.read(names)
+    content = {name: _believable(column) for name, column in table.read(names).items()}
     _refuse_unequal(table, content)
     time, keep, lines = _time(table, choice, content, values, rate)
     joints = [_scaled(table, joint, values) for joint in choice.joints]
@@ -72,6 +74,13 @@ def imported(files: Path | Sequence[Path], bag: Path, values: Mapping[str, objec
         lines.append(sentence(Notice(Code.COLUMNS_GUESSED, table.source, texts={"columns": taken})))
     _write(bag, time, joints, signals)
     return Imported(bag, tuple(lines))
+
+
+def _believable(column: Floats) -> Floats:
+    """The column with NaN for what damage made of its numbers: anything with which no one can reckon on."""
+    with np.errstate(invalid="ignore"):  # a signalling NaN is one with which not even a comparison is quiet
+        found: Floats = np.where(np.abs(column) < LARGEST, column, np.nan)
+    return found
 
 
 def _refuse_unequal(table: Table, content: Mapping[str, Floats]) -> None:

@@ -127,6 +127,17 @@ def test_matlab_5(tmp_path: Path, compressed: bool, structure: bool) -> None:
     assert f"position {'log.' if structure else ''}q.1" in done.lines[2]
 
 
+@pytest.mark.parametrize("bits", [0x7FF0000000000001, 0x7FE1CCF385EBC8A0, 0xFFF0000000000000])
+def test_numbers_with_which_no_one_can_reckon_are_dropped_without_a_warning(bits: int, tmp_path: Path) -> None:
+    table = np.column_stack((TIME, Q, TAU))
+    table.view(np.uint64)[[700, 900], [0, 1]] = bits
+    np.save(tmp_path / "a.npy", table)
+    with np.errstate(all="raise"):
+        done = import_of(tmp_path / "a.npy", tmp_path / "bag", time="column.0", position="column.1", effort="column.2")
+    assert done.lines[0].endswith("1 rows dropped that do not advance")
+    assert_true(tmp_path / "bag")
+
+
 def test_numpy_archives(tmp_path: Path) -> None:
     more = {"names": np.array(["a", "b"]), "made": np.array([{"by": 1}], object), "tau_command": TWO["q"]}
     np.savez(tmp_path / "a.npz", time=TIME, q=TWO["q"], tau_measured=TWO["tau"], **more)
