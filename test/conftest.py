@@ -14,8 +14,11 @@ sys.path[:0] = [str(HERE / "plants"), str(HERE / "nodes")]
 from domains import next_domain  # noqa: E402
 
 os.environ["ROS_DOMAIN_ID"] = next_domain()
-if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:  # by nohup; the processes of tests shall not inherit that
+# The processes of tests shall not inherit what is ignored: SIGHUP by nohup, SIGINT in a script's `command &`.
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda _number, _frame: None)
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
