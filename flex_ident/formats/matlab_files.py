@@ -6,23 +6,21 @@ import struct
 import zlib
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import scipy.io
 
 from flex_ident.errors import SignalError
 from flex_ident.formats.arrays import matrix_columns
+from flex_ident.formats.matlab_content import MatlabContentError, matlab_arrays
 from flex_ident.formats.tables import MOST_NUMBERS
 from flex_ident.parameters.documents import opened_file
 from flex_ident.recording import Floats
-from flex_ident.recording.names import harmless, path_text
+from flex_ident.recording.names import path_text
 
 MAGIC = b"MATLAB 5.0 MAT-file"
 HEADER_BYTES = 128
 COMPRESSED = 15
 """The type of an element that zlib has packed."""
-DEEPEST = 16
 PIECE = 1 << 20
 
 
@@ -35,17 +33,11 @@ class MatlabFile:
         self.source = path_text(path)
         try:
             _refuse_large(path, self.source)
-            content: dict[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
+            arrays = matlab_arrays(path)
         except OSError as error:
             raise SignalError(f"{self.source}: cannot be read ({error.strerror or error}).") from error
-        except SignalError:
-            raise
-        except Exception as error:
-            raise SignalError(
-                f"{self.source}: is damaged ({type(error).__name__} where MATLAB's data should be)."
-            ) from error
-        arrays: dict[str, Any] = {}
-        _collect(arrays, {k: v for k, v in content.items() if not k.startswith("__")}, "", DEEPEST)
+        except (MatlabContentError, zlib.error) as error:
+            raise SignalError(f"{self.source}: is damaged ({error}).") from error
         self._columns = matrix_columns(arrays)
         if not self._columns:
             raise SignalError(
@@ -60,15 +52,6 @@ class MatlabFile:
     def read(self, names: Collection[str]) -> dict[str, Floats]:
         """The columns (n,) of these names."""
         return {name: np.array(self._columns[name], np.float64) for name in names}
-
-
-def _collect(arrays: dict[str, Any], value: Any, path: str, levels: int) -> None:
-    """Numeric arrays in structures within structures, by dotted path."""
-    if isinstance(value, dict) and levels:
-        for key, inner in value.items():
-            _collect(arrays, inner, f"{path}.{harmless(key)}" if path else harmless(key), levels - 1)
-    elif isinstance(value, np.ndarray) and value.dtype.kind in "bifu" and value.size > 1 and value.ndim <= 3:
-        arrays[path] = np.squeeze(value)
 
 
 def _refuse_large(path: Path, source: str) -> None:

@@ -24,7 +24,7 @@ from flex_ident.bags.reading import read_recording
 from flex_ident.bags.selection import SignalSelection
 from flex_ident.configuration import IMPORT_SETTINGS, read_settings
 from flex_ident.errors import BagError, FlexIdentError, SignalError, UsageError
-from flex_ident.formats import Imported, imported, matlab_files, tables
+from flex_ident.formats import Imported, imported, matlab_content, matlab_files, tables
 
 SAMPLES, RATE_HZ = 2000, 250.0
 TIME = np.arange(SAMPLES) / RATE_HZ
@@ -136,6 +136,14 @@ def test_numbers_with_which_no_one_can_reckon_are_dropped_without_a_warning(bits
         done = import_of(tmp_path / "a.npy", tmp_path / "bag", time="column.0", position="column.1", effort="column.2")
     assert done.lines[0].endswith("1 rows dropped that do not advance")
     assert_true(tmp_path / "bag")
+
+
+def test_a_reader_that_crashes_takes_nobody_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    crash = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+    monkeypatch.setattr(matlab_content, "START", crash)
+    scipy.io.savemat(tmp_path / "a.mat", {"t": TIME, "q": Q, "tau": TAU})
+    with pytest.raises(SignalError, match=r"is damaged \(SIGSEGV in scipy's reader"):
+        import_of(tmp_path / "a.mat", tmp_path / "bag")
 
 
 def test_numpy_archives(tmp_path: Path) -> None:
