@@ -73,9 +73,8 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
         except FlexIdentError as error:
             errors.append(error)
             parts.append(f"joint {joint or '?'} cannot be identified: {error}")
-    return "\n\n".join(part for part in parts if part), errors[0] if len(errors) >= max(
-        1, len(joints[:MOST_SHOWN])
-    ) else None
+    none_fits = len(errors) >= max(1, len(joints[:MOST_SHOWN]))
+    return "\n\n".join(part for part in parts if part), errors[0] if none_fits else None
 
 
 def _answer(recording: Recording, sensors: str) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from bag_writer import written
-from hostile_limits import in_seconds
+from waiting import no_longer_than
 
 from flex_ident.bags.reading import read_recording
 from flex_ident.errors import BagError, FlexIdentError
@@ -33,7 +33,7 @@ def ros1_record(fields: dict[bytes, bytes]) -> bytes:
 
 
 def refused(bag: Path) -> None:
-    with in_seconds(2.0), pytest.raises(BagError, match="tiny records in"):
+    with no_longer_than(2.0, processor=True), pytest.raises(BagError, match="tiny records in"):
         read_recording(bag)
 
 
@@ -66,7 +66,7 @@ def test_a_summary_that_names_chunks_backwards_is_sorted_once(tmp_path: Path) ->
     index = b"".join(record(8, struct.pack("<QQQ", 0, 0, first + i)) for i in reversed(range(count)))
     bag = tmp_path / "bag.mcap"
     bag.write_bytes(body + index + record(2, struct.pack("<QQI", len(body), 0, 0)) + MAGIC)
-    with in_seconds(2.0), pytest.raises(FlexIdentError, match="no joint_states topic"):
+    with no_longer_than(2.0, processor=True), pytest.raises(FlexIdentError, match="no joint_states topic"):
         read_recording(bag)
 
 
