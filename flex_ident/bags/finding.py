@@ -43,6 +43,7 @@ class SignalFinder:
     """Turns a selection into places of one bag. Its methods raise SignalError, listing what there is."""
 
     def __init__(self, bag: Bag, selection: SignalSelection) -> None:
+        bag.refuse_empty()
         self._bag, self._selection = bag, selection
         self.topics: dict[str, Topic] = {t.name: t for t in bag.topics()}
         named = joint_state_topics(self.topics.values())
@@ -60,8 +61,7 @@ class SignalFinder:
             joint = joint or self._place(motor, "", "position").name or self._moving([topic])[0]
             return [self._places(joint, topic)]
         if not self._states:
-            there = self._topic_names() or "no topic"
-            raise SignalError(f"{self._bag.name}: no joint_states topic: it has {there}.")
+            raise SignalError(f"{self._bag.name}: no joint_states topic: it has {self._topic_names()}.")
         if joint is None:
             return [self._places(*self._moving(self._states))]
         return [self._places(name, topic) for topic in self._states for name in motor_names(joint)]

@@ -136,8 +136,8 @@ class McapFile:
 
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
         """Messages of the wanted topics, about a chunk at a time."""
-        self.topics()
-        yield from self._walk(wanted)
+        if self.topics():  # without any, all of it has been walked already
+            yield from self._walk(wanted)
 
     def announced(self) -> dict[str, int]:
         """Messages of each topic by the summary, or by the indexes of the chunks where they say more."""

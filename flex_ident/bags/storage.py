@@ -17,7 +17,7 @@ from flex_ident.bags import mcap, ros1, sqlite
 from flex_ident.bags.compression import ZSTD_MAGIC, Budget, TooMuchError, decompress_file, decompressed
 from flex_ident.bags.messages import Block, Storage, Topic, block_of
 from flex_ident.bags.type_files import TypeFile, defined, type_files
-from flex_ident.errors import BagError
+from flex_ident.errors import BagError, SignalError
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters.documents import DocumentError, opened_file, text_of, yaml_content
 from flex_ident.recording.names import harmless, path_text
@@ -93,6 +93,11 @@ class Bag:
                 found.setdefault(topic.name, topic)
         counts = self._announced()
         return tuple(defined(replace(t, count=counts.get(t.name)), self._types) for t in found.values())
+
+    def refuse_empty(self) -> None:
+        """Raises SignalError when the recording has no topic at all."""
+        if not self.topics():
+            raise SignalError(f"{self.name}: no joint_states topic: it has no topic.")
 
     def blocks(self, wanted: frozenset[str]) -> Iterator[Block]:
         """Messages of the wanted topics from all files."""

@@ -169,7 +169,7 @@ def _check_bag(parser: argparse.ArgumentParser) -> None:
 
     def run(given: argparse.Namespace) -> int:
         from flex_ident.commands.check_bag import bag_check
-        from flex_ident.jobs.options import signal_selection
+        from flex_ident.jobs.signals import signal_selection
 
         text, error = bag_check(given.bag, signal_selection(given_settings(given, SIGNAL_SETTINGS)))
         print(text)

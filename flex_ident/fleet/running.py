@@ -16,8 +16,9 @@ from flex_ident.fleet.hashing import hash_of
 from flex_ident.fleet.recordings import Found
 from flex_ident.fleet.rows import ERROR
 from flex_ident.fleet.work import Outcome, Work, archived, lost
-from flex_ident.jobs.options import identify_options, names_in, signal_selection
+from flex_ident.jobs.options import identify_options
 from flex_ident.jobs.sets import refuse_of_one
+from flex_ident.jobs.signals import names_in, signal_selection
 from flex_ident.recording.names import at_home
 from flex_ident.report.folder import check_writable
 

@@ -12,9 +12,10 @@ from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.gap import GapExplanation, explain
 from flex_ident.gap.units import explanation_in_amperes, prismatic_explanation
-from flex_ident.jobs.options import gap_options, signal_selection
+from flex_ident.jobs.options import gap_options
 from flex_ident.jobs.places import Folder, Place
 from flex_ident.jobs.robots import described, description_of
+from flex_ident.jobs.signals import signal_selection
 from flex_ident.jobs.simulators import BesideSimulator, beside_simulator, simulated_recording
 from flex_ident.parameters.current import is_current
 from flex_ident.recording import Recording

@@ -21,12 +21,13 @@ from flex_ident.gap.options import GapOptions
 from flex_ident.gap.shared import Proposal, proposals
 from flex_ident.gap.units import prismatic_explanation
 from flex_ident.jobs.explaining import FinishedExplanation, Progress, finished_explanation
-from flex_ident.jobs.options import gap_options, signal_selection
+from flex_ident.jobs.options import gap_options
 from flex_ident.jobs.payloads import loads_in
 from flex_ident.jobs.places import Place
 from flex_ident.jobs.sets import below, each_finished, left_out, one_folder, recording_names, texts_of, told_of
 from flex_ident.jobs.several import joined_result, usable
 from flex_ident.jobs.shared_effects import base_values, carried_from_others, its_own
+from flex_ident.jobs.signals import signal_selection
 from flex_ident.jobs.simulators import BesideSimulator, beside_simulator, simulated_recording
 from flex_ident.notices import Code, Notice
 from flex_ident.parameters import Identification

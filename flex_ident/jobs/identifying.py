@@ -11,9 +11,10 @@ from flex_ident.bags.reading import read_recording
 from flex_ident.configuration.settings import Value
 from flex_ident.errors import UsageError
 from flex_ident.estimation.identification import identify
-from flex_ident.jobs.options import identify_options, signal_selection
+from flex_ident.jobs.options import identify_options
 from flex_ident.jobs.places import Folder, Place
 from flex_ident.jobs.robots import described, description_of
+from flex_ident.jobs.signals import signal_selection
 from flex_ident.parameters import Identification
 from flex_ident.parameters.current import in_amperes, is_current
 from flex_ident.parameters.prismatic import prismatic

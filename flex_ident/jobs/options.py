@@ -4,40 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flex_ident.bags.selection import SignalSelection
 from flex_ident.configuration.settings import Value
 from flex_ident.effects import check_effect_parameters
 from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap.options import GapOptions
+from flex_ident.jobs.signals import names_in, text_setting
 from flex_ident.parameters import JointModel, read_joint_model
 from flex_ident.parameters.effort_kinds import CURRENT, MOTOR
 from flex_ident.recording.names import at_home
 
 
-def _text(values: Mapping[str, Value], key: str) -> str | None:
-    return str(values[key]) if values.get(key) else None
-
-
-def signal_selection(values: Mapping[str, Value]) -> SignalSelection:
-    """Which signals to read. Raises UsageError."""
-    return SignalSelection(
-        joint=_text(values, "joint"),
-        motor_position=_text(values, "motor_position"),
-        link_position=_text(values, "link_position"),
-        effort=_text(values, "effort"),
-        reference=_text(values, "reference"),
-        motor_current=_text(values, "motor_current"),
-        effort_scale=float(values["effort_scale"]),
-        gear_ratio=float(values["gear_ratio"]),
-        sensors=str(values["sensors"]),
-        type_files=names_in(values.get("type_file", "")),
-    )
-
-
 def given_model(values: Mapping[str, Value]) -> JointModel | None:
     """The model file's content, if one was given. Raises ConfigurationError."""
-    path = _text(values, "model")
+    path = text_setting(values, "model")
     if not path:
         return None
     model = read_joint_model(at_home(path))
@@ -67,11 +47,6 @@ def identify_options(values: Mapping[str, Value]) -> IdentifyOptions:
         cutoff_sweep=bool(values["cutoff_sweep"]),
         effort_kind=effort_kind(values),
     )
-
-
-def names_in(text: object) -> tuple[str, ...]:
-    """The names of a comma-separated list."""
-    return tuple(n.strip() for n in str(text).split(",") if n.strip())
 
 
 def gap_options(values: Mapping[str, Value]) -> GapOptions:

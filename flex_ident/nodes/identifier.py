@@ -25,10 +25,11 @@ from flex_ident.errors import ConfigurationError, FlexIdentError
 from flex_ident.jobs.explaining import finished_explanation
 from flex_ident.jobs.explaining_set import finished_gap_set
 from flex_ident.jobs.identifying import finished_identification
-from flex_ident.jobs.options import gap_options, identify_options, signal_selection
+from flex_ident.jobs.options import gap_options, identify_options
 from flex_ident.jobs.places import Place
 from flex_ident.jobs.sets import refuse_of_one, set_name, texts_of
 from flex_ident.jobs.several import finished_set
+from flex_ident.jobs.signals import signal_selection
 from flex_ident.likelihood.cores import WorkStoppedError, stop_if_asked, stopped_when
 from flex_ident.nodes.allowed_paths import allowed_path
 from flex_ident.nodes.declared import current, declare, refuse_unknown

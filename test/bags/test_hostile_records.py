@@ -7,7 +7,10 @@ import pytest
 from bag_writer import written
 from waiting import no_longer_than
 
+from flex_ident.bags.mcap import McapFile
 from flex_ident.bags.reading import read_recording
+from flex_ident.bags.selection import SignalSelection
+from flex_ident.commands.check_bag import bag_check
 from flex_ident.errors import BagError, FlexIdentError
 
 pytest.importorskip("backports.zstd")
@@ -76,3 +79,15 @@ def test_a_recording_in_small_records_is_read(kind: str, tmp_path: Path, monkeyp
     monkeypatch.setattr("flex_ident.bags.ros1.FREE_RECORDS", 0)
     bag = written(tmp_path, kind)
     assert read_recording(bag).time.size == 2000
+
+
+def test_a_file_without_a_topic_is_walked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    walks = []
+    stretches = McapFile._stretches
+    monkeypatch.setattr(McapFile, "_stretches", lambda self: walks.append(self) or stretches(self))
+    bag = tmp_path / "bag.mcap"
+    bag.write_bytes(HEAD + MANY * record(INDEX, struct.pack("<HI", 0, 0)) + record(METADATA, b"")[:-1])
+    page, error = bag_check(bag, SignalSelection())
+    assert len(walks) == 1
+    assert "damage: bag.mcap" in page
+    assert "it has no topic" in str(error)

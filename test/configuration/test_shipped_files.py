@@ -9,7 +9,8 @@ from flex_ident.commands.flex_ident import SIGNAL_SETTINGS
 from flex_ident.configuration import GAP_SETTINGS, IDENTIFY_SETTINGS, IMPORT_SETTINGS, read_settings
 from flex_ident.configuration.files import parameters_in
 from flex_ident.errors import UsageError
-from flex_ident.jobs.options import gap_options, identify_options, signal_selection
+from flex_ident.jobs.options import gap_options, identify_options
+from flex_ident.jobs.signals import signal_selection
 from flex_ident.parameters.effort_kinds import EFFORT_KINDS
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
