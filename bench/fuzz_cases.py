@@ -24,6 +24,8 @@ from flex_ident.errors import FlexIdentError
 TESTS = Path(__file__).resolve().parent.parent / "test"
 sys.path[:0] = [str(TESTS / "bags"), str(TESTS / "plants")]
 
+FOXGLOVE = "mcap of "
+"""What the kinds of bags begin with whose messages are Foxglove's."""
 MEMORY_MIB = 1024.0
 SAMPLES = 1500
 CONTENT_SHARE = 0.2
@@ -114,11 +116,31 @@ def bag_kinds(random: np.random.Generator | None = None) -> dict[str, Callable[[
         path = mcap_file(folder / "bag.mcap", made, CompressionType.NONE)
         return without_checksums(path)
 
+    def foxglove(encoding: str) -> Callable[[Path], tuple[Path, str]]:
+        return lambda folder: (foxglove_bag(folder / "bag.mcap", encoding), "")
+
     kinds = {name: writer(own, STORE) for name, own in ROS2_KINDS.items()}
+    if random is None:
+        kinds |= {f"{FOXGLOVE}{encoding}": foxglove(encoding) for encoding in ("json", "protobuf")}
     kinds["mcap unfinished"] = writer(unfinished, STORE)
     kinds["mcap without checksums"] = writer(unsummed, STORE)
     kinds |= {name: writer(own, ROS1_STORE) for name, own in ROS1_KINDS.items()}
     return kinds
+
+
+def foxglove_bag(path: Path, encoding: str) -> Path:
+    """Joint states as Foxglove's tools write them, of which damage reaches the messages."""
+    from mcap.writer import CompressionType
+    from test_foxglove import foxglove, joint_states_proto, mcap_of, protobuf_rows
+
+    if encoding == "json":
+        rows = [json.dumps(foxglove(i)).encode() for i in range(SAMPLES)]
+        schema = ("foxglove.JointStates", "jsonschema", b"{}")
+    else:
+        kind, descriptors = joint_states_proto()
+        rows, schema = protobuf_rows(kind), ("foxglove.JointStates", "protobuf", descriptors)
+    mcap_of(path, "/joint_states", encoding, schema, rows, compression=CompressionType.NONE)
+    return without_checksums(path)
 
 
 def without_checksums(path: Path) -> Path:
@@ -151,7 +173,7 @@ def read_bag(bag: Path, outcome: Outcome, *, whole: bool = True) -> None:
 def fuzz_bag(case: int, folder: Path, outcome: Outcome, bases: dict[str, Path]) -> None:
     random = np.random.default_rng([1, case])
     outcome.kind = list(bases)[case % len(bases)]
-    if random.random() < CONTENT_SHARE:
+    if random.random() < CONTENT_SHARE and not outcome.kind.startswith(FOXGLOVE):
         bag, outcome.mutation = bag_kinds(random)[outcome.kind](folder)
         read_bag(bag, outcome, whole=False)
         return

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bag_writer import LATENCY_NS, RATE_HZ, effort, ns, position
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 
 from flex_ident.bags import extras
 from flex_ident.bags.motions import joint_motions
@@ -24,10 +24,11 @@ Q, U = position(TIME), effort(TIME)
 
 
 def mcap_of(
-    path: Path, topic: str, encoding: str, schema: tuple[str, str, bytes] | None, rows: Iterable[bytes]
-) -> Path:
+    path: Path, topic: str, encoding: str, schema: tuple[str, str, bytes] | None, rows: Iterable[bytes],
+    *, compression: CompressionType = CompressionType.ZSTD,
+) -> Path:  # fmt: skip
     with path.open("wb") as file:
-        writer = Writer(file)
+        writer = Writer(file, compression=compression)
         writer.start("")
         number = 0 if schema is None else writer.register_schema(*schema)
         channel = writer.register_channel(topic, encoding, number)
