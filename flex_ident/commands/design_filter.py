@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from flex_ident.errors import UsageError
 from flex_ident.filtering.design import FilterDesign, difference_magnitude, filter_design, lowpass_magnitude
+from flex_ident.report.folder import write_file
 
 RATE_SHARE = 0.999
 """Share of the rate of eq. 29 from which a rate is that rate, rounded."""
@@ -39,8 +41,11 @@ def design_text(design: FilterDesign) -> str:
     return "\n".join(lines)
 
 
-def draw_figure_1(design: FilterDesign, path: Path) -> None:
-    """Figure 1 of the paper as a PNG: low-pass, central differences and their product over frequency."""
+def figure_1(design: FilterDesign, kind: str) -> bytes:
+    """Figure 1 of the paper as a file of this kind: low-pass, central differences and their product over frequency.
+
+    Raises ValueError for a kind that matplotlib does not write.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -61,7 +66,9 @@ def draw_figure_1(design: FilterDesign, path: Path) -> None:
     axes.set_ylim(1e-4, None)
     axes.legend()
     figure.tight_layout()
-    figure.savefig(path, dpi=120)
+    content = io.BytesIO()
+    figure.savefig(content, dpi=120, format=kind)
+    return content.getvalue()
 
 
 def design_filter(
@@ -82,10 +89,8 @@ def design_filter(
     )  # fmt: skip
     if figure is not None:
         try:
-            figure.parent.mkdir(parents=True, exist_ok=True)
-            draw_figure_1(design, figure)
-        except OSError as error:
-            raise UsageError(f"--figure {figure}: cannot be written ({error.strerror}).") from error
+            content = figure_1(design, figure.suffix.lstrip(".") or "png")
         except ValueError as error:
             raise UsageError(f"--figure {figure}: {error}.") from error
+        write_file(figure, content, "--figure")
     return design_text(design)

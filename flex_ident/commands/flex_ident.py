@@ -235,16 +235,14 @@ def _export(parser: argparse.ArgumentParser) -> None:
 
     def run(given: argparse.Namespace) -> int:
         from flex_ident.report.export import exported
+        from flex_ident.report.folder import write_file
 
         text = exported(given.result, given.to)
         if given.out is None:
             refuse_unprintable(text)
             print(text)
         else:
-            try:
-                given.out.write_text(text + "\n", encoding="utf-8")
-            except OSError as error:
-                raise UsageError(f"--out {given.out}: cannot be written ({error.strerror}).") from error
+            write_file(given.out, f"{text}\n".encode())
         return 0
 
     parser.set_defaults(function=run)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from flex_ident.commands.design_filter import design_text, draw_figure_1
+from flex_ident.commands.design_filter import design_text, figure_1
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.filtering.design import filter_design
@@ -56,9 +56,8 @@ def reproduced_paper(folder: Path, *, seed: int = 0) -> str:
     motor = identify_linear(recording, sensors="motor", method="paper", **kept)  # type: ignore[arg-type]
     beyond = identify(recording, IdentifyOptions(sensors="motor"))
     design = filter_design(FIRST_MODE_HZ, derivative_order=2, sample_rate_hz=SAMPLE_RATE_HZ, decimation=DECIMATION)
-    draw_figure_1(design, folder / "figure_1.png")
     assert both.curves is not None
-    write_pngs({"figure_2": torque_plot(both.curves)}, folder)
+    write_pngs({"figure_1": figure_1(design, "png"), "figure_2": torque_plot(both.curves)}, folder)
     parts = [
         "Filter design (eqs. 22 to 29)",
         design_text(design),

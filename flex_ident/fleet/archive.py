@@ -7,6 +7,7 @@ what was asked twice has one file.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import time
@@ -18,11 +19,11 @@ from typing import Any
 
 from flex_ident import __version__
 from flex_ident.bags.extras import extra_module
-from flex_ident.errors import DataError, UsageError
+from flex_ident.errors import DataError
 from flex_ident.fleet.gathered import FEWEST, gathered_table
 from flex_ident.fleet.rows import ARCHIVE, COLUMNS, FLAGS, NUMBERS, TIMES, Row
 from flex_ident.recording.names import path_text
-from flex_ident.report.folder import check_writable
+from flex_ident.report.folder import check_writable, write_file
 
 EXTRA, WHAT = "fleet", "Archives of many recordings"
 SUFFIX, ASIDE = ".parquet", ".aside_"
@@ -90,10 +91,9 @@ class Archive:
     def write_csv(self, file: Path) -> None:
         """The archive as one table for a spreadsheet. Raises DataError and UsageError."""
         table = self._table([name for name in COLUMNS if name not in WIDE])
-        try:
-            extra_module("pyarrow.csv", EXTRA, WHAT).write_csv(table, file)
-        except OSError as error:
-            raise UsageError(f"--csv {file}: cannot be written ({error.strerror or error}).") from error
+        content = io.BytesIO()
+        extra_module("pyarrow.csv", EXTRA, WHAT).write_csv(table, content)
+        write_file(file, content.getvalue(), "--csv")
 
     def _table(self, columns: Sequence[str]) -> Any:
         """Those columns of all files: of 10,000, what is not asked for is most of what there is to read."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -88,6 +89,31 @@ def renewed(folder: Path, stale: tuple[str, ...]) -> Iterator[Path]:
         with unbroken():
             if aside is not None:
                 shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_file(path: Path, content: bytes, what: str = "--out") -> None:
+    """Write one file, at once or not at all: what stood there before stays until all of it is written.
+
+    Its folder is made where there is none; a pipe or a device is written to as it is. Raises UsageError when it cannot
+    be written.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        if target.exists() and not target.is_file():
+            target.write_bytes(content)
+            return
+        target.parent.mkdir(parents=True, exist_ok=True)
+        aside = target.with_name(f".flex_ident_{uuid.uuid4().hex}")
+        with unbroken():
+            try:
+                aside.write_bytes(content)
+                if target.exists():
+                    shutil.copymode(target, aside)
+                os.replace(aside, target)
+            finally:
+                aside.unlink(missing_ok=True)
+    except OSError as error:
+        raise _unwritable(path, error, what) from error
 
 
 @contextmanager
