@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
+import threading
 from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
 from flex_ident.bags.extras import extra_module
 from flex_ident.errors import FlexIdentError, UsageError
 from flex_ident.fleet.archive import EXTRA, WHAT
+from flex_ident.stopping import unbroken
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -58,15 +62,36 @@ def connected(address: str = "", workers: int = 0) -> Iterator[Any]:
         with client:
             yield client
         return
-    with (
-        dask.config.set(settings),
-        distributed.LocalCluster(
-            n_workers=workers or cores(), threads_per_worker=1, processes=True, memory_limit=memory_share(distributed),
-            dashboard_address=ANY_PORT, silence_logs=SILENT,
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):  # fmt: skip
+    started = ExitStack()
+    try:
+        with unbroken():  # Dask cannot close a cluster that is half started
+            started.enter_context(dask.config.set(settings))
+            _start_tracker()
+            cluster = started.enter_context(
+                distributed.LocalCluster(
+                    n_workers=workers or cores(), threads_per_worker=1, processes=True,
+                    memory_limit=memory_share(distributed), dashboard_address=ANY_PORT, silence_logs=SILENT,
+                )
+            )  # fmt: skip
+            client = started.enter_context(distributed.Client(cluster, set_as_default=False))
         yield client
+    finally:
+        with unbroken():
+            started.close()
+
+
+def _start_tracker() -> None:
+    """Start the process that multiprocessing keeps account with so that it outlives a closing terminal.
+
+    It ignores SIGINT and SIGTERM by itself; SIGHUP would end it before the workers, which then fill standard error.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def outcomes(client: Any, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[tuple[Item, Any]]:

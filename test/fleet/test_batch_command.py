@@ -79,6 +79,37 @@ def test_a_killed_command_goes_on_where_it_was(client: Any, tmp_path: Path) -> N
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in there.items())
 
 
+STARTING = """
+import sys
+from distributed.nanny import Nanny
+start = Nanny.instantiate
+def told(nanny):
+    print("starting", flush=True)
+    return start(nanny)
+Nanny.instantiate = told
+from flex_ident.commands.flex_ident import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
+def test_a_signal_while_the_cluster_starts_leaves_one_line(number: signal.Signals, tmp_path: Path) -> None:
+    small_bag(tmp_path / "bags" / "run", seed=0)
+    given = ["batch", str(tmp_path / "bags"), "--archive", str(tmp_path / "fleet"), "--workers", "1"]
+    command = subprocess.Popen(
+        [sys.executable, "-c", STARTING, *given], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        start_new_session=True,
+    )  # fmt: skip
+    assert command.stdout is not None
+    assert command.stdout.readline() == b"starting\n"
+    os.killpg(command.pid, number)  # as a terminal that closes does
+    _, said = command.communicate(timeout=60.0)
+    assert command.returncode == 128 + number
+    [line] = said.decode().splitlines()
+    assert line.startswith("flex_ident batch: stopped. What is finished is in ")
+
+
 def test_a_worker_that_dies_costs_its_own_item_only(client: Any) -> None:
     def doubled(number: int) -> int:
         if number == 3:
