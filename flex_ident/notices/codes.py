@@ -124,6 +124,12 @@ class Code(StrEnum):
         "it is measured at less than 100 Hz.",
         "Record it at the rate at which it is measured, and measure it as often as the position.",
     )  # fmt: skip
+    EFFORT_TRUNCATED = (
+        "effort_truncated", "info",
+        "The effort was cut toward zero to whole steps, as a cast to a whole number does it: half a step was put back, "
+        "which is what was cut off on average.",
+        "Round to the nearest step in the driver, or publish the effort with more digits.",
+    )  # fmt: skip
     EFFORT_FROZEN = (
         "effort_frozen", "doubt",
         "The effort stands still where it cannot, as after a protective stop or a lost connection: left out.",

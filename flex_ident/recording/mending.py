@@ -18,8 +18,10 @@ from flex_ident.recording.instants import rough_period
 from flex_ident.recording.outliers import put_in_between, spikes
 from flex_ident.recording.recording import SLOW_HZ, Floats, Role, Signal
 from flex_ident.recording.seams import continued
+from flex_ident.recording.truncation import truncated_step, untruncated
 
 MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
+EFFORTS: tuple[Role, ...] = ("motor_torque", "motor_current")
 POSITIONS: tuple[Role, ...] = ("motor_position", "link_position")
 ALIKE = 0.1
 """Difference of two signals' samples to an update, of those, up to which they are measured together."""
@@ -44,6 +46,8 @@ def mended_signals(
             own = _without_seams(own, 2.0 * math.pi * (factors or {}).get(own.role, 1.0), notices)
         if own.role in MEASURED:
             own = _without_spikes(own, notices)
+        if own.role in EFFORTS:
+            own = _untruncated(own, notices)
         found[own.role] = own
     if "motor_torque" in found:
         found["motor_torque"] = _without_freezes(found["motor_torque"], found["motor_position"], notices)
@@ -74,6 +78,14 @@ def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
         notices.append(Notice(Code.SPIKES, signal.source, {"count": count, "total": total}))
         signal = _kept(signal, ~lone)
     return signal
+
+
+def _untruncated(signal: Signal, notices: list[Notice]) -> Signal:
+    step = truncated_step(signal.values)
+    if step == 0.0:
+        return signal
+    notices.append(Notice(Code.EFFORT_TRUNCATED, signal.source, {"step": step}))
+    return replace(signal, values=untruncated(signal.values, step))
 
 
 def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal:

@@ -151,6 +151,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "fast": HELD,
         "slow": HELD + " That is slow: it says nothing of faster motion. Measure it as often as the position.",
     },
+    Code.EFFORT_TRUNCATED: (
+        "{subject} stays at zero for two of its steps of {step:.3g}, and so was cut toward zero instead of rounded: "
+        "half a step is put back."
+    ),
     Code.EFFORT_FROZEN: effort_frozen,
     Code.POSITION_UNWRAPPED: {
         "turn": "{subject} jumps by a turn and back: taken as the angle of one turn, and made continuous.",
