@@ -23,6 +23,7 @@ from flex_ident.effects.motor_encoder_error import MOTOR_ENCODER_ERROR
 from flex_ident.effects.motor_friction_curve import MOTOR_FRICTION_CURVE
 from flex_ident.effects.mount_mode import MOUNT_MODE
 from flex_ident.effects.nonlinear_stiffness import NONLINEAR_STIFFNESS
+from flex_ident.effects.offset_drift import OFFSET_DRIFT
 from flex_ident.effects.position_dependent_friction import POSITION_DEPENDENT_FRICTION
 from flex_ident.effects.position_dependent_stiffness import POSITION_DEPENDENT_STIFFNESS
 from flex_ident.effects.presliding_friction import PRESLIDING_FRICTION
@@ -67,6 +68,7 @@ CATALOGUE: dict[str, Effect] = {
         IRON_SATURATION,
         TORQUE_DROOP,
         GAIN_DRIFT,
+        OFFSET_DRIFT,
         SECOND_MODE,
         PRESLIDING_FRICTION,
         MOUNT_MODE,

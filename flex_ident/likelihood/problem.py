@@ -267,6 +267,8 @@ class FitProblem:
         )  # fmt: skip
         if terms[Term.GAIN_RATE] != 0.0:  # as in `recorded_torque`
             torque_out = torque_out * (1.0 + terms[Term.GAIN_RATE] * (self.time - self.time[0]))
+        if terms[Term.OFFSET_RATE] != 0.0:
+            torque_out = torque_out + terms[Term.OFFSET_RATE] * (self.time - self.time[0])
         link_out = None
         if self.link is not None and link is not None:
             position = self._links.filtered_position(link, float(terms[Term.LINK_SKEW]))

@@ -124,6 +124,7 @@ class P(IntEnum):
     STIFFNESS_COSINE = 274
     STIFFNESS_SINE = 275
     WARMING_MOTOR = 276
+    OFFSET_RATE = 277
 
 
 BASE = {
@@ -170,6 +171,7 @@ EFFECTS: dict[str, int] = {
     "iron_saturation.loss": P.IRON_LOSS,
     "torque_droop.loss": P.TORQUE_DROOP,
     "gain_drift.rate": P.GAIN_RATE,
+    "offset_drift.rate": P.OFFSET_RATE,
     "position_dependent_stiffness.cosine": P.STIFFNESS_COSINE,
     "position_dependent_stiffness.sine": P.STIFFNESS_SINE,
     "second_mode.inertia": P.SECOND_INERTIA,
@@ -206,7 +208,7 @@ TABLES = {
 }
 """Effects that are tables: what they are over, and where each begins."""
 POINTS = 24
-SIZE = int(P.WARMING_MOTOR) + 1
+SIZE = int(P.OFFSET_RATE) + 1
 for _effect, (_at, _first) in TABLES.items():
     for _point in range(POINTS):
         EFFECTS[key_text(_effect, f"{_at}_{_point + 1}")] = _first + 1 + 2 * _point

@@ -39,7 +39,7 @@ ZONE, ZONE_D = int(P.SOFT_SHARE), int(P.SOFT_DEFLECTION)
 MOTOR_READ, LINK_READ = int(P.MOTOR_ENCODER), int(P.LINK_ENCODER)
 RELAX, RELAX_T = int(P.RELAXING), int(P.RELAXATION)
 IRON, DROOP, LAG = int(P.IRON_LOSS), int(P.TORQUE_DROOP), int(P.EFFORT_LAG)
-GAIN = int(P.GAIN_RATE)
+GAIN, SHIFT = int(P.GAIN_RATE), int(P.OFFSET_RATE)
 STIFF_C, STIFF_S = int(P.STIFFNESS_COSINE), int(P.STIFFNESS_SINE)
 
 HARMONICS = 5
@@ -354,7 +354,7 @@ def sampled(
         rows[i, 2] = state[2] + periodic(p, LINK_READ, state[2])
         rows[i, 3] = state[3] * ratio_of(p, LINK_READ, state[2])
         torque = drive_torque(gains, kind, state, rows[i, 0], rows[i, 1], asked, cycle)
-        rows[i, 4] = read_torque(p, state, torque, cycle) * (1.0 + p[GAIN] * state[TIME])
+        rows[i, 4] = read_torque(p, state, torque, cycle) * (1.0 + p[GAIN] * state[TIME]) + p[SHIFT] * state[TIME]
         delivered = torque
         if p[LIMIT] > 0.0:
             delivered = min(max(torque, -p[LIMIT]), p[LIMIT])

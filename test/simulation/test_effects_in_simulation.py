@@ -53,6 +53,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "iron_saturation": {"loss": 4e-6},
     "torque_droop": {"loss": 0.05},
     "gain_drift": {"rate": 0.01},
+    "offset_drift": {"rate": 0.2},
     "position_dependent_stiffness": {"cosine": -1500.0, "sine": 900.0},
     "time_delay": {"delay": 4e-3},
     "encoder_skew": {"skew": 4e-3},
