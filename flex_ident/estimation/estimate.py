@@ -12,6 +12,7 @@ from scipy import ndimage
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.base_fit import Progress, base_fit
 from flex_ident.estimation.chain_known import with_chain_open
+from flex_ident.estimation.effort_cut import cut_covariance, matters
 from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.encoder_rounding import rounding_bias
 from flex_ident.estimation.far_mode import unseen_shift
@@ -82,6 +83,8 @@ class Estimate:
     """The same for an error of the link's encoder."""
     other: OtherEnd | None = None
     """Where another start ended that is as likely; None where there is none."""
+    cut_matters: bool = False
+    """Whether a part of an interval is that the effort may have been cut toward zero (`effort_cut`)."""
     kind: KindFit | None = None
     """Which kind of effort the fit is of, where that was asked."""
 
@@ -238,6 +241,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     if bent is not None:
         joined = replace(joined, covariance=joined.covariance + bent)
         eccentric = dict(zip(fit.free, map(float, np.sqrt(np.maximum(np.diag(bent), 0.0))), strict=True))
+    cut = cut_covariance(solver, fit)
+    joined = replace(joined, covariance=joined.covariance + cut)
     joined = joined.beside(None if other is None else other.shift)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
@@ -251,4 +256,4 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     coupling = coupling_of(solver, fit)
     unseen, lossy = (unseen_stds(solver, fit, where) for where in ("link", "spring"))
     known = (trained.values, left, found, plain, matter, coupling, unseen, lossy, eccentric, other)
-    return Estimate(problem, solver, fit, joined, validation, *known)
+    return Estimate(problem, solver, fit, joined, validation, *known, cut_matters=matters(cut, joined.covariance))

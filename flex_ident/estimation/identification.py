@@ -321,7 +321,8 @@ def identification_of(
         locked_motor_hz=derived.get("locked_motor_hz", 0.0),
     )  # fmt: skip
     verdict, objections = judged(evidence, FIT_RULES)
-    notices = [*recording.notices, *objections]
+    told = [n for n in recording.notices if n.code is not Code.EFFORT_STEPS or estimate.cut_matters]
+    notices = [*told, *objections]
     absent: tuple[Parameter, ...] = ()
     if estimate.kind is not None:
         notices = [*estimate.kind.notices, *notices]

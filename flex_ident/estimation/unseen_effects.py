@@ -52,10 +52,16 @@ def unseen_covariance(solver: SteadyFit, fit: Fit, where: str) -> Floats | None:
     columns = np.column_stack([whitened_change(solver, fit, one) for one in sizes]) / PROBE
     if not np.isfinite(columns).all():
         return None
+    return opened_by(fit, columns)
+
+
+def opened_by(fit: Fit, columns: Floats) -> Floats:
+    """What is left open (p, p) of the free keys by what changes the whitened residual by `columns` (r, k), at one
+    standard deviation each."""
     moves = following_of(fit) @ columns
     left = columns + fit.jacobian @ moves
     correlated = correlation_factor(fit)
-    spread = np.linalg.inv(np.eye(len(sizes)) + left.T @ left / correlated)
+    spread = np.linalg.inv(np.eye(columns.shape[1]) + left.T @ left / correlated)
     mean = -spread @ (left.T @ fit.residual) / correlated
     opened: Floats = moves @ (spread + np.outer(mean, mean)) @ moves.T
     return opened

@@ -130,6 +130,12 @@ class Code(StrEnum):
         "which is what was cut off on average.",
         "Round to the nearest step in the driver, or publish the effort with more digits.",
     )  # fmt: skip
+    EFFORT_STEPS = (
+        "effort_steps", "info",
+        "The effort comes in steps, and whether it was rounded or cut toward zero does not show: the intervals hold "
+        "both.",
+        "Round to the nearest step in the driver, or publish the effort with more digits.",
+    )  # fmt: skip
     EFFORT_FROZEN = (
         "effort_frozen", "doubt",
         "The effort stands still where it cannot, as after a protective stop or a lost connection: left out.",

@@ -18,7 +18,7 @@ from flex_ident.recording.instants import rough_period
 from flex_ident.recording.outliers import put_in_between, spikes
 from flex_ident.recording.recording import SLOW_HZ, Floats, Role, Signal
 from flex_ident.recording.seams import continued
-from flex_ident.recording.truncation import truncated_step, untruncated
+from flex_ident.recording.truncation import effort_grid, untruncated
 
 MEASURED: tuple[Role, ...] = ("motor_position", "link_position", "motor_torque")
 EFFORTS: tuple[Role, ...] = ("motor_torque", "motor_current")
@@ -81,11 +81,12 @@ def _without_spikes(signal: Signal, notices: list[Notice]) -> Signal:
 
 
 def _untruncated(signal: Signal, notices: list[Notice]) -> Signal:
-    step = truncated_step(signal.values)
-    if step == 0.0:
+    grid = effort_grid(signal.values)
+    if grid is None or grid.cut is False:
         return signal
-    notices.append(Notice(Code.EFFORT_TRUNCATED, signal.source, {"step": step}))
-    return replace(signal, values=untruncated(signal.values, step))
+    code = Code.EFFORT_STEPS if grid.cut is None else Code.EFFORT_TRUNCATED
+    notices.append(Notice(code, signal.source, {"step": grid.step}))
+    return replace(signal, values=untruncated(signal.values, grid.step)) if grid.cut else signal
 
 
 def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal:

@@ -35,14 +35,23 @@ class _Ratio(NamedTuple):
     std: float
 
 
-def truncated_step(values: Floats) -> float:
-    """The step to which values (n,) were cut toward zero; 0 where they were not, or where that cannot be told."""
+class EffortGrid(NamedTuple):
+    """The steps in which an effort comes, and whether it was cut toward zero to them; None: that does not show."""
+
+    step: float
+    cut: bool | None
+
+
+def effort_grid(values: Floats) -> EffortGrid | None:
+    """The grid on which an effort (n,) lies; None where it lies on none."""
     step = grid_step(values)
     if step == 0.0:
-        return 0.0
+        return None
     counts = np.rint(values / step).astype(np.int64)
-    neighbourhoods = (_around_zero(counts, reach) for reach in REACHES)
-    return step if any(_is_cut(*one) for one in neighbourhoods if one is not None) else 0.0
+    around = [found for reach in REACHES if (found := _around_zero(counts, reach)) is not None]
+    if any(_is_cut(*one) for one in around):
+        return EffortGrid(step, cut=True)
+    return EffortGrid(step, cut=False if any(_is_rounded(*one) for one in around) else None)
 
 
 def untruncated(values: Floats, step: float) -> Floats:
@@ -90,7 +99,17 @@ def _around_zero(counts: NDArray[np.int64], reach: int) -> tuple[_Ratio, _Ratio]
 def _is_cut(zero: _Ratio, beside: _Ratio) -> bool:
     """Whether the effort is at zero for two steps, in a neighbourhood that is even otherwise."""
     longer = zero.value - 1.0 > max(SURE * zero.std, NEARER * abs(zero.value - 2.0))
-    return longer and abs(beside.value - 1.0) < EVEN + 3.0 * beside.std
+    return longer and _is_even(beside)
+
+
+def _is_rounded(zero: _Ratio, beside: _Ratio) -> bool:
+    """Whether it is there for one step, likewise."""
+    shorter = 2.0 - zero.value > max(SURE * zero.std, NEARER * abs(zero.value - 1.0))
+    return shorter and _is_even(beside)
+
+
+def _is_even(beside: _Ratio) -> bool:
+    return abs(beside.value - 1.0) < EVEN + 3.0 * beside.std
 
 
 def _passes(counts: NDArray[np.int64], reach: int) -> list[tuple[int, int]]:

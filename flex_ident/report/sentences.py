@@ -155,6 +155,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{subject} stays at zero for two of its steps of {step:.3g}, and so was cut toward zero instead of rounded: "
         "half a step is put back."
     ),
+    Code.EFFORT_STEPS: (
+        "{subject} comes in steps of {step:.3g}, and whether it was rounded or cut toward zero does not show: the "
+        "intervals hold both."
+    ),
     Code.EFFORT_FROZEN: effort_frozen,
     Code.POSITION_UNWRAPPED: {
         "turn": "{subject} jumps by a turn and back: taken as the angle of one turn, and made continuous.",

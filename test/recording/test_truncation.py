@@ -9,7 +9,7 @@ from flex_ident.notices import Code
 from flex_ident.recording import Floats
 from flex_ident.recording.mending import mended_signals
 from flex_ident.recording.recording import Signal
-from flex_ident.recording.truncation import grid_step, truncated_step
+from flex_ident.recording.truncation import EffortGrid, effort_grid, grid_step
 
 RATE_HZ, SECONDS, STEP = 500.0, 30.0, 0.25
 TIME = np.arange(0.0, SECONDS, 1.0 / RATE_HZ)
@@ -26,14 +26,22 @@ def effort(noise: float, seed: int = 1) -> Floats:
 @pytest.mark.parametrize("scale", [1.0, 0.0137])
 def test_an_effort_that_was_cut_is_found(noise: float, scale: float) -> None:
     cut = scale * STEP * np.trunc(effort(noise) / STEP)
-    assert truncated_step(cut) == pytest.approx(scale * STEP)
-    assert truncated_step(cut.astype(np.float32).astype(float)) == pytest.approx(scale * STEP, rel=1e-5)
+    for recorded in (cut, cut.astype(np.float32).astype(float)):
+        found = effort_grid(recorded)
+        assert found is not None
+        assert found == (pytest.approx(scale * STEP, rel=1e-5), True)
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.2, 1.0])
-@pytest.mark.parametrize("whole", [np.rint, np.floor, lambda u: np.floor(u) + 0.5])
-def test_an_effort_that_was_rounded_is_left(noise: float, whole: Callable[[Floats], Floats]) -> None:
-    assert truncated_step(STEP * whole(effort(noise) / STEP)) == 0.0
+@pytest.mark.parametrize("whole", [np.rint, np.floor])
+def test_an_effort_that_was_rounded_is_told(noise: float, whole: Callable[[Floats], Floats]) -> None:
+    found = effort_grid(STEP * whole(effort(noise) / STEP))
+    assert found is not None
+    assert found == (pytest.approx(STEP), False)
+
+
+def test_an_effort_that_hardly_passes_zero_does_not_tell() -> None:
+    assert effort_grid(STEP * np.trunc((effort(0.2) + 20.0) / STEP)) == EffortGrid(STEP, None)
 
 
 def test_an_effort_that_rests_at_zero_is_left() -> None:
@@ -41,13 +49,15 @@ def test_an_effort_that_rests_at_zero_is_left() -> None:
     for share in (0.02, 0.1, 0.5):
         resting = rounded.copy()
         resting[: int(share * resting.size)] = 0.0
-        assert truncated_step(resting) == 0.0
-    assert truncated_step(np.where(np.abs(rounded) < 4.0 * STEP, 0.0, rounded)) == 0.0, "a dead zone"
+        assert effort_grid(resting) == (STEP, False)
+    dead = effort_grid(np.where(np.abs(rounded) < 4.0 * STEP, 0.0, rounded))
+    assert dead is not None
+    assert not dead.cut
 
 
 @pytest.mark.parametrize("values", [np.zeros(50), np.full(50, 2.0), np.array([1.0]), effort(0.1)])
 def test_what_lies_on_no_grid_has_no_step(values: Floats) -> None:
-    assert truncated_step(values) == 0.0
+    assert effort_grid(values) is None or values[0] == 2.0
     assert grid_step(effort(0.1)) == 0.0
 
 
