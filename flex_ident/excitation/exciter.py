@@ -134,7 +134,7 @@ class Exciter:
             return self._output(now)
         if self.state != "ramping_down":
             self._check(now, gap)
-        elif self._watch.fault(now, self._last[0], exciting=False):
+        elif self._unbelievable(now):
             self._watch.distrust()
         position, velocity = self._motion(now)
         inside, limit = self.limits.held(position), self.limits.velocity
@@ -174,8 +174,7 @@ class Exciter:
     def _check(self, now: float, gap: float) -> None:
         """Ramp down when anything about the robot is wrong; blind when that is what it says of itself."""
         position = self._last[0]
-        why = self._watch.fault(now, position, exciting=self.state == "exciting")
-        if why:
+        if why := self._unbelievable(now):
             if gap > 0.5 * self.settings.state_timeout_s and self._watch.trusted(now) is None:
                 why = f"this node stood still for {gap:.2f} s, and saw no joint state meanwhile"
             self._watch.distrust()
@@ -205,6 +204,14 @@ class Exciter:
                 self._first.add(*self._last, sample.position)
             elif why := self._following.fault(now, *self._last, sample.position):
                 self._ramp_down(why, "aborted")
+
+    def _unbelievable(self, now: float) -> str:
+        """Why the joint states are not to be acted on any more; empty when they are."""
+        why = self._watch.fault(now, self._last[0], exciting=self.state == "exciting")
+        if why or self.settings.interface != "effort":
+            return why
+        why = self._watch.thinned()
+        return f"{why}: too few to hold a joint by effort" if why else ""
 
     def _moved_away(self, sample: JointSample) -> str:
         """Which joint that shall hold does not; empty when all do."""
