@@ -66,13 +66,9 @@ class Rig:
         self._client(Trigger, "/chirp_exciter/start")
         self._client(Trigger, "/chirp_exciter/stop")
         self._client(SetParameters, "/simulated_joint/set_parameters")
-        self.watch("")
+        self.node.create_subscription(DiagnosticStatus, "/chirp_exciter/state", self._on_state, LATCHED)
         self.node.create_subscription(Float64MultiArray, COMMANDS, self._on_command, 5000)
         self.node.create_subscription(JointState, "/chirp_exciter/reference", self._on_reference, 5000)
-
-    def watch(self, namespace: str) -> None:
-        """Watch the state of the exciter of that namespace."""
-        self.node.create_subscription(DiagnosticStatus, f"{namespace}/chirp_exciter/state", self._on_state, LATCHED)
 
     def _on_state(self, status: DiagnosticStatus) -> None:
         self.state = {v.key: v.value for v in status.values}
