@@ -1,11 +1,11 @@
-"""How fast time passes in the stamps of joint states: a simulator's may run slower or faster than real time."""
+"""How fast time passes in the stamps of joint states: in that of a slow simulator a joint would move faster."""
 
 from __future__ import annotations
 
 LEAST_S, LONGEST_S = 1.0, 20.0
 """Time over which the pace is taken, at least and at most."""
 UNEVEN_S, UNEVEN_SHARE = 0.3, 0.05
-"""What the two times may part by: a pause of the machine or of the network, and a share of the time that has passed."""
+"""By how much it may fall behind: a pause of the machine or of the network, and a share of the time that has passed."""
 
 
 class ClockPace:
@@ -26,9 +26,9 @@ class ClockPace:
             self._first, self._known = self._latest, True
 
     def problem(self) -> str:
-        """That the time of the joint states is not that of the computer; empty when it is, or not yet known."""
+        """That the time of the joint states passes more slowly than real time; empty: not so far."""
         passed, its_own = self._latest[0] - self._first[0], self._latest[1] - self._first[1]
-        if passed < LEAST_S or abs(its_own - passed) <= UNEVEN_S + UNEVEN_SHARE * passed:
+        if passed < LEAST_S or passed - its_own <= UNEVEN_S + UNEVEN_SHARE * passed:
             return ""
         return (
             f"the joint states' time passes at {its_own / passed:.2f} of real time, in which speeds and limits hold: "

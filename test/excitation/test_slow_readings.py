@@ -104,9 +104,9 @@ def test_no_effort_is_closed_over_ten_readings_a_second() -> None:
     assert "come at 10 Hz, effort that is closed over them needs 33 Hz" in made.exciter.objection(made.now)
 
 
-@pytest.mark.parametrize(("pace", "said"), [(0.5, "0.50"), (2.0, "2.00"), (0.0, "0.00"), (0.98, ""), (1.0, "")])
+@pytest.mark.parametrize(("pace", "said"), [(0.5, "0.50"), (2.0, ""), (0.0, "0.00"), (0.98, ""), (1.0, "")])
 @pytest.mark.parametrize("epoch", [0.0, 100.0])
-def test_nothing_moves_in_another_time_than_that_of_the_commands(pace: float, said: str, epoch: float) -> None:
+def test_nothing_moves_in_a_time_slower_than_that_of_the_commands(pace: float, said: str, epoch: float) -> None:
     made = servo(state_timeout_s=5.0)
     made.exciter = type(made.exciter)(made.exciter.settings, made.exciter.reference, made.exciter.limits)
     began = made.now

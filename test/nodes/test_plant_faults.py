@@ -10,8 +10,15 @@ from rig import rig
 from situations import JOINT_FAULTS
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
-QUICK = {("kill -9 of the exciter", "effort"), ("the exciter stands still (SIGSTOP) and goes on", "effort")}
-"""What is played each time: an effort that stands is the most dangerous of all commands."""
+QUICK = {
+    ("kill -9 of the exciter", "effort"),
+    ("the exciter stands still (SIGSTOP) and goes on", "effort"),
+    ("the readings that an effort is closed over thin out to 10 Hz", "effort"),
+    ("the readings that a loop is closed over are 0.55 s old, 0.6 s allowed", "effort"),
+    ("a simulator at half of real time", "velocity"),
+}
+"""What is played each time: an effort that stands, or that is closed over bad readings, is the most dangerous of all
+commands."""
 CASES = [
     pytest.param(name, kind, marks=[] if (name, kind) in QUICK else [pytest.mark.campaign])
     for name, fault in JOINT_FAULTS.items()
