@@ -29,7 +29,8 @@ PERIODS = 3.0
 """The same for readings that do not come, in their own periods before the motion, where that is more."""
 SELDOM_S, THINNED_S = 0.02, 0.15
 """Readings have thinned out when two and more in a row, for the second time together, come each later after the one
-before than the first, and than `PERIODS` of their own periods: after a mere pause they come one upon the other."""
+before than the first, and than `PERIODS` of their own periods: after a mere pause they come one upon the other. So
+long without one an effort is closed over the latest."""
 LEAST_SAMPLES = 2.5
 """Joint states that a period of the highest frequency needs."""
 OTHER_CLOCK_S = 10.0
@@ -66,9 +67,13 @@ class JointStateWatch:
     Other publishers may send messages without the joint (a gripper's): those count only when its own stop coming.
     """
 
-    def __init__(self, joint: str, timeout_s: float, velocity_limit: float = math.inf) -> None:
+    def __init__(
+        self, joint: str, timeout_s: float, velocity_limit: float = math.inf, silence_s: float = SUSPECT_S
+    ) -> None:
+        """`silence_s`: time without a joint state after which the latest is no feedback any more."""
         self.joint = joint
         self.timeout_s = timeout_s
+        self._silence_s = silence_s
         self._velocity_limit = velocity_limit
         self.publishers: tuple[str, ...] = ()
         """Names of those who publish joint states."""
@@ -228,8 +233,11 @@ class JointStateWatch:
     def feedback(self, now: float) -> JointSample | None:
         """The latest joint state when it may be acted on: trusted, just come, not the same for suspiciously long."""
         sample = self.trusted(now)
-        suspect_s = max(SUSPECT_S, PERIODS * (self._usual or self._period))
+        periods_s = PERIODS * (self._usual or self._period)
+        suspect_s = max(SUSPECT_S, periods_s)
         if sample is None or self._jump or now - sample.received + self._behind(sample) > suspect_s:
+            return None
+        if now - sample.received > max(self._silence_s, periods_s):
             return None
         alive = now - self._changed_at <= suspect_s
         return sample if alive or not self._moved_meanwhile() else None

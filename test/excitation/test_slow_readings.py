@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 
 import pytest
-from servo import LIMITS, Servo, commands_stay_inside, servo, started
+from servo import CHIRP, LIMITS, Servo, commands_stay_inside, servo, started
 
-from flex_ident.excitation import Gains, JointSample
+from flex_ident.excitation import Gains, JointSample, Limits
 
 STIFF = Gains(150.0, 15.0, (30.0,), (3.0,))
 
@@ -122,3 +122,28 @@ def test_a_clock_that_was_set_is_no_other_pace() -> None:
     made.sample = lambda s: replace(s, stamp=s.stamp + 5.0)
     made.run(1.5)
     assert made.exciter.objection(made.now) == ""
+
+
+@pytest.mark.parametrize("silence_s", [0.05, 0.1, 0.3, 0.55])
+@pytest.mark.parametrize("begin", [1.5, 1.86, 2.7, 3.6])
+def test_a_joint_under_efforts_that_is_not_seen_for_a_while_is_neither_pushed_on_nor_thrown_back(
+    silence_s: float, begin: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A joint of little friction, which nothing holds meanwhile, in the middle of a chirp up to 20 Hz."""
+    monkeypatch.setattr("servo.INERTIA", 1.0)
+    limits, chirp = Limits(-0.4, 0.4, 2.0, 60.0, 0.5), replace(CHIRP, duration_s=6.0, amplitude=0.2, fade_s=1.0)
+    made = started(
+        interface="effort", gains=Gains(300.0, 30.0, (30.0,), (3.0,)), state_timeout_s=0.6, limits=limits, chirp=chirp
+    )
+    made.run(begin)
+    made.sample = lambda s: None
+    begun = made.now
+    speed = way = 0.0
+    while made.now < begun + 3.0:
+        if made.now > begun + silence_s:
+            made.sample = lambda s: s
+        made.tick()
+        speed, way = max(speed, abs(made.velocity)), max(way, abs(made.position))
+    assert made.exciter.reason == ""
+    assert speed < limits.velocity
+    assert way < limits.position_max

@@ -91,25 +91,30 @@ class Plant:
             self._commands[:] = self.position if self._robot.interface == "position" else 0.0
 
     def step(self, dt: float) -> None:
-        """Let time pass."""
-        before = self.position.copy()
+        """Let time pass; who reads meanwhile finds what was before or what is after, each number for itself."""
+        position, velocity, effort = self._after(dt)
+        if position[-1] > self._robot.wall:
+            position[-1], velocity[-1] = self._robot.wall, 0.0
+            if self._robot.interface != "effort":
+                effort[-1] = GRAVITY
+        self.position[:], self.velocity[:], self.effort[:] = position, velocity, effort
+
+    def _after(self, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Positions, speeds and efforts after a while."""
+        position, velocity, robot = self.position.copy(), self.velocity.copy(), self._robot
         if self._halted[0]:
-            self.velocity[:] = 0.0
-            self.effort[:] = GRAVITY
-        elif self._robot.interface == "position":
-            self.position += (self._commands - self.position) * (1.0 - math.exp(-dt / POSITION_S))
-            self.velocity[:] = (self.position - before) / dt
-            self.effort[:] = GRAVITY + DAMPING * self.velocity
-        elif self._robot.interface == "velocity":
-            self.velocity += (self._commands - self.velocity) * (1.0 - math.exp(-dt / VELOCITY_S))
-            self.position += self.velocity * dt
-            self.effort[:] = GRAVITY + DAMPING * self.velocity
+            return position, 0.0 * velocity, np.full(len(position), GRAVITY)
+        if robot.interface == "position":
+            position += (self._commands - position) * (1.0 - math.exp(-dt / POSITION_S))
+            velocity = (position - self.position) / dt
+        elif robot.interface == "velocity":
+            velocity += (self._commands - velocity) * (1.0 - math.exp(-dt / VELOCITY_S))
+            position += velocity * dt
         else:
-            self.effort[:] = np.clip(self._commands, -self._robot.most_effort, self._robot.most_effort)
-            self.velocity += (self.effort - GRAVITY - DAMPING * self.velocity) / INERTIA * dt
-            self.position += self.velocity * dt
-        if self.position[-1] > self._robot.wall:
-            self.position[-1], self.velocity[-1] = self._robot.wall, 0.0
+            effort = np.clip(self._commands, -robot.most_effort, robot.most_effort)
+            velocity += (effort - GRAVITY - DAMPING * velocity) / INERTIA * dt
+            return position + velocity * dt, velocity, effort
+        return position, velocity, GRAVITY + DAMPING * velocity
 
 
 def in_real_time() -> None:
