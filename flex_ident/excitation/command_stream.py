@@ -10,8 +10,8 @@ from flex_ident.excitation.motions import Braking
 
 RELEASE_S = 0.5
 """Time in which an effort command returns to what held the joint before."""
-FADE_S = 0.1
-"""Time constant of the same without feedback."""
+FADE_S = 0.03
+"""Time constant of the same without feedback: efforts of a fast chirp must not stand for longer."""
 POSITION_LEASE_S = 1.0
 """How long a commanded position may stand: the drive stays there."""
 LEASE_S, SHORTEST_LEASE_S = 0.12, 0.04

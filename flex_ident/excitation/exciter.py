@@ -14,7 +14,7 @@ from flex_ident.excitation.command_stream import RELEASE_S, CommandStream
 from flex_ident.excitation.commands import CommandLaw
 from flex_ident.excitation.following import FirstMotion, Following
 from flex_ident.excitation.holding import Hold
-from flex_ident.excitation.joint_states import JointSample, JointStateWatch
+from flex_ident.excitation.joint_states import SELDOM_S, SUSPECT_S, JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, Travel, braking, travel, with_first_motion
 from flex_ident.excitation.objections import STILL, start_objection
@@ -43,7 +43,8 @@ class Exciter:
         self.state: State = "idle"
         self.reason = ""
         self.settings, self.reference, self.limits = settings, reference, limits
-        self._watch = JointStateWatch(settings.joint, settings.state_timeout_s, limits.velocity)
+        silence_s = SELDOM_S if settings.interface == "effort" else SUSPECT_S
+        self._watch = JointStateWatch(settings.joint, settings.state_timeout_s, limits.velocity, silence_s)
         self._turns = Turns(settings.continuous)
         self._last, self._last_at = (0.0, 0.0), 0.0
         self._began = 0.0
@@ -53,7 +54,7 @@ class Exciter:
         self._first, self._following = FirstMotion(), Following(0.0)
         self._after: State = "done"
         self._hold: Hold | None = None
-        self._left = False
+        self._left = self._unseen = False
         self.largest_error = 0.0
         """The largest tracking error of the run, rad."""
 
@@ -108,7 +109,7 @@ class Exciter:
                 s.joint, s.held, s.gains, self.limits, sample, s.carry_effort, s.held_effort, s.continuous,
                 s.state_timeout_s,
             )  # fmt: skip
-        self._left = False
+        self._left = self._unseen = False
         self._progress, self._yield_travel, self.largest_error = 0.0, None, 0.0
         self._watch.begin(now)
         self.state, self.reason = "moving_to_start", ""
@@ -132,9 +133,10 @@ class Exciter:
         if gap > self._stream.lease_s:
             self._stood_still(gap)
             return self._output(now)
+        self._see_again(now)
         if self.state != "ramping_down":
             self._check(now, gap)
-        elif self._watch.fault(now, self._last[0], exciting=False):
+        elif self._unbelievable(now):
             self._watch.distrust()
         position, velocity = self._motion(now)
         inside, limit = self.limits.held(position), self.limits.velocity
@@ -157,6 +159,18 @@ class Exciter:
         ahead = math.copysign(1.0, position - last)
         return last + ahead * reach, ahead * speed
 
+    def _see_again(self, now: float) -> None:
+        """Under efforts, go on from where the joint is when it is seen again: nothing has held it meanwhile.
+
+        An effort that would bring it back to a reference that went on without it knows no limit of the speed.
+        """
+        if self.settings.interface != "effort":
+            return
+        sample = self._watch.feedback(now)
+        if sample is not None and sample.position is not None and self._unseen:
+            self._last = (self.limits.held(sample.position), self._last[1])
+        self._unseen = sample is None
+
     def _speed_of_catching_up(self) -> float:
         limit = self.limits.velocity
         if self.state == "moving_to_start" or self._yield_travel is not None:
@@ -174,8 +188,7 @@ class Exciter:
     def _check(self, now: float, gap: float) -> None:
         """Ramp down when anything about the robot is wrong; blind when that is what it says of itself."""
         position = self._last[0]
-        why = self._watch.fault(now, position, exciting=self.state == "exciting")
-        if why:
+        if why := self._unbelievable(now):
             if gap > 0.5 * self.settings.state_timeout_s and self._watch.trusted(now) is None:
                 why = f"this node stood still for {gap:.2f} s, and saw no joint state meanwhile"
             self._watch.distrust()
@@ -205,6 +218,14 @@ class Exciter:
                 self._first.add(*self._last, sample.position)
             elif why := self._following.fault(now, *self._last, sample.position):
                 self._ramp_down(why, "aborted")
+
+    def _unbelievable(self, now: float) -> str:
+        """Why the joint states are not to be acted on any more; empty when they are."""
+        why = self._watch.fault(now, self._last[0], exciting=self.state == "exciting")
+        if why or self.settings.interface != "effort":
+            return why
+        why = self._watch.thinned()
+        return f"{why}: too few to hold a joint by effort" if why else ""
 
     def _moved_away(self, sample: JointSample) -> str:
         """Which joint that shall hold does not; empty when all do."""

@@ -14,7 +14,7 @@ from functools import cached_property
 
 from flex_ident.excitation.command_stream import FADE_S
 from flex_ident.excitation.commands import CommandLaw, Gains
-from flex_ident.excitation.joint_states import IMPOSSIBLE, JITTER, JointSample, JointStateWatch
+from flex_ident.excitation.joint_states import IMPOSSIBLE, JITTER, SELDOM_S, JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.motions import Braking, braking
 from flex_ident.excitation.objections import STILL
@@ -93,7 +93,7 @@ class Holding:
         self._law = hold.law()
         self._limits = hold.limits
         self._since, self._position = since, math.nan if position is None else position
-        self._watch = JointStateWatch(hold.joint, hold.state_timeout_s, hold.limits.velocity)
+        self._watch = JointStateWatch(hold.joint, hold.state_timeout_s, hold.limits.velocity, SELDOM_S)
         self._turns = Turns(hold.continuous)
         self._turns.near((self._position, *hold.start.others))
         self._seen = False

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flex_ident.excitation.clock_pace import ClockPace
+
 FROZEN_S = 0.25
 """Time after which readings that never change are called frozen, when the reference moved meanwhile."""
 FROZEN_EXCITING_S = 1.0
@@ -24,7 +26,11 @@ LIVING = "though their stamps go on: the controller is not active or refuses the
 SUSPECT_S = 0.06
 """Time after which readings that never change, or do not come, are no feedback any more, long before it is a fault."""
 PERIODS = 3.0
-"""The same for readings that do not come, in their own periods, where that is more."""
+"""The same for readings that do not come, in their own periods before the motion, where that is more."""
+SELDOM_S, THINNED_S = 0.02, 0.15
+"""Readings have thinned out when two and more in a row, for the second time together, come each later after the one
+before than the first, and than `PERIODS` of their own periods: after a mere pause they come one upon the other. So
+long without one an effort is closed over the latest."""
 LEAST_SAMPLES = 2.5
 """Joint states that a period of the highest frequency needs."""
 OTHER_CLOCK_S = 10.0
@@ -61,16 +67,22 @@ class JointStateWatch:
     Other publishers may send messages without the joint (a gripper's): those count only when its own stop coming.
     """
 
-    def __init__(self, joint: str, timeout_s: float, velocity_limit: float = math.inf) -> None:
+    def __init__(
+        self, joint: str, timeout_s: float, velocity_limit: float = math.inf, silence_s: float = SUSPECT_S
+    ) -> None:
+        """`silence_s`: time without a joint state after which the latest is no feedback any more."""
         self.joint = joint
         self.timeout_s = timeout_s
+        self._silence_s = silence_s
         self._velocity_limit = velocity_limit
         self.publishers: tuple[str, ...] = ()
         """Names of those who publish joint states."""
         self._sample: JointSample | None = None
         self._without: JointSample | None = None
         self._jump = ""
-        self._period = 0.0
+        self._period = self._usual = 0.0
+        self._gaps: list[float] = []
+        self._pace = ClockPace()
         self._delay = math.inf
         self._distrusted = False
         self._repeated = False
@@ -91,6 +103,7 @@ class JointStateWatch:
         if before is None or before.position is None:
             self._changed_at = sample.received
             return
+        self._take_pace(sample, before)
         passed = sample.stamp - before.stamp
         self._repeated = passed == 0.0
         if 0.0 <= passed <= OTHER_CLOCK_S:
@@ -105,6 +118,15 @@ class JointStateWatch:
         if not all(_same(a, b) for a, b in pairs):
             self._changed_at = sample.received
             self._lowest, self._highest = math.inf, -math.inf
+
+    def _take_pace(self, sample: JointSample, before: JointSample) -> None:
+        """How often they come, and how fast their time passes."""
+        gap = sample.received - before.received
+        later = gap > max(SELDOM_S, PERIODS * (self._usual or self._period))
+        self._gaps = [*self._gaps, gap] if later else []
+        if self._time_jump(sample, before):
+            self._pace.restart()
+        self._pace.observe(sample.received, sample.stamp)
 
     def _time_jump(self, sample: JointSample, before: JointSample) -> str:
         passed = sample.stamp - before.stamp
@@ -148,6 +170,25 @@ class JointStateWatch:
             )
         return ""
 
+    @property
+    def period_s(self) -> float:
+        """Mean time between two joint states of late, s; 0: not known."""
+        return self._period
+
+    def latency_s(self) -> float:
+        """How old joint states are when they come soonest, s, by the clocks of robot and computer; NaN: no telling."""
+        sample = self._sample
+        if sample is None or not abs(sample.age) < OTHER_CLOCK_S:
+            return math.nan
+        return sample.age - self._behind(sample)
+
+    def thinned(self) -> str:
+        """That they come much more seldom than before the motion; empty when they do not."""
+        if len(self._gaps) < 2 or sum(self._gaps) < THINNED_S:
+            return ""
+        period, before = sum(self._gaps) / len(self._gaps), f" before {1.0 / self._usual:.0f} Hz" if self._usual else ""
+        return f"the joint states have thinned out: {len(self._gaps)} in a row came at {1.0 / period:.0f} Hz,{before}"
+
     def distrust(self) -> None:
         """Believe nothing of it until the next motion begins."""
         self._distrusted = True
@@ -162,6 +203,7 @@ class JointStateWatch:
         sample = self._sample
         self._jump = ""
         self._distrusted = self._repeated = False
+        self._usual, self._gaps = self._period, []
         self._changed_at = now
         self._lowest, self._highest = math.inf, -math.inf
         self._had_velocity = sample is not None and math.isfinite(sample.velocity)
@@ -191,8 +233,11 @@ class JointStateWatch:
     def feedback(self, now: float) -> JointSample | None:
         """The latest joint state when it may be acted on: trusted, just come, not the same for suspiciously long."""
         sample = self.trusted(now)
-        suspect_s = max(SUSPECT_S, PERIODS * self._period)
+        periods_s = PERIODS * (self._usual or self._period)
+        suspect_s = max(SUSPECT_S, periods_s)
         if sample is None or self._jump or now - sample.received + self._behind(sample) > suspect_s:
+            return None
+        if now - sample.received > max(self._silence_s, periods_s):
             return None
         alive = now - self._changed_at <= suspect_s
         return sample if alive or not self._moved_meanwhile() else None
@@ -220,6 +265,8 @@ class JointStateWatch:
             return f"the latest joint state is {age:.2f} s old, {self.timeout_s:.2f} s allowed: is the driver running?"
         if not math.isfinite(sample.position):
             return f"the position of '{self.joint}' is {sample.position}: the driver publishes no number."
+        if why := self._pace.problem():
+            return why
         if self.timeout_s < sample.age < OTHER_CLOCK_S:
             return (
                 f"the joint states are {sample.age:.2f} s old when they come, {self.timeout_s:.2f} s allowed: is the "

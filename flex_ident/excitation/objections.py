@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from flex_ident.excitation.chirp import Reference
-from flex_ident.excitation.joint_states import JointSample, JointStateWatch
+from flex_ident.excitation.joint_states import SUSPECT_S, JointSample, JointStateWatch
 from flex_ident.excitation.limits import Limits
 from flex_ident.excitation.settings import ExciterSettings
 
@@ -13,6 +13,10 @@ TICKS_PER_PERIOD = 10.0
 """Commands that the highest frequency of the sweep needs in a period."""
 STILL = 0.05
 """Speed, rad/s, above which a joint is not at rest."""
+LAG = 0.5
+"""Delay of the readings times the gain of a velocity that is closed over them, at most; it swings from pi / 2 on."""
+LONGEST_PERIOD_S = 0.5 * SUSPECT_S
+"""Between two joint states from which efforts are closed."""
 
 
 def start_objection(
@@ -27,6 +31,7 @@ def start_objection(
     center = here if settings.start_position is None else settings.start_position
     return (
         _moving(settings, sample, watch)
+        or _feedback(settings, watch)
         or _placed(settings, limits, here)
         or _effort(settings, limits, sample)
         or chirp_objection(settings, limits, reference, center)
@@ -48,6 +53,25 @@ def _moving(s: ExciterSettings, sample: JointSample, watch: JointStateWatch) -> 
             return f"joint '{name}' of command.joints has no position in the joint states: check its name."
         if abs(speed) > STILL:
             return f"'{name}' moves at {speed:.2g} rad/s: let it come to rest."
+    return ""
+
+
+def _feedback(s: ExciterSettings, watch: JointStateWatch) -> str:
+    """Whether the readings come too late or too seldom for commands that are closed over them."""
+    if s.interface == "position" or (s.interface == "velocity" and s.gains.position == 0.0):
+        return ""
+    allowed = SUSPECT_S if s.interface == "effort" else max(SUSPECT_S, LAG / s.gains.position)
+    latency, period = watch.latency_s(), watch.period_s
+    if latency > allowed:
+        return (
+            f"the joint states are {latency:.2f} s old when they come, {allowed:.2f} s allowed where {s.interface} is "
+            "closed over them: is the network slow, or do the clocks of robot and computer differ?"
+        )
+    if s.interface == "effort" and period > LONGEST_PERIOD_S:
+        return (
+            f"the joint states come at {1.0 / period:.0f} Hz, effort that is closed over them needs "
+            f"{1.0 / LONGEST_PERIOD_S:.0f} Hz: have the driver publish faster, or command positions."
+        )
     return ""
 
 

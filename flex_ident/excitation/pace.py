@@ -1,4 +1,4 @@
-"""The pace of a recorded topic: how fast its messages come, when they stop, thin out or come again; what is lost."""
+"""The pace of a recorded topic: how fast its messages come; when they stop, thin out, freeze, or come again; losses."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ FEW = 5
 """Messages in `PACE_S` that a pace needs: a latched topic has none."""
 SAME_STREAM = 10_000
 """Sequence numbers further apart than that are of two publishers."""
+
+
+FROZEN_S = 1.0
+"""Time without a change after which a topic has frozen that changed for `LIVELY` looks in a row before."""
+LIVELY = 8
 
 
 class Losses:
@@ -94,3 +99,29 @@ class Pace:
         if self.count < 2 or span <= 0.0:
             return f"{self.topic}: {self.count}"
         return f"{self.topic}: {self.count} at {(self.count - 1) / span:.1f} Hz, longest gap {self.longest_gap_s:.3f} s"
+
+
+class Stillness:
+    """Fed now and then with what a topic says, without its stamp: whether that is still the same."""
+
+    def __init__(self, topic: str) -> None:
+        self.topic = topic
+        self._content: object = None
+        self._changes, self._lively, self._frozen = 0, False, False
+        self._changed_at = 0.0
+
+    def look(self, now: float, content: object) -> str:
+        """What has changed for the worse or the better, `content` being that of a new message; empty: nothing."""
+        if content == self._content:
+            self._changes = 0
+            if self._lively and not self._frozen and now - self._changed_at > FROZEN_S:
+                self._frozen = True
+                return f"{self.topic} has frozen: the same for {now - self._changed_at:.1f} s, though messages come"
+            return ""
+        self._content, self._changed_at = content, now
+        self._changes += 1
+        self._lively = self._lively or self._changes > LIVELY
+        if self._frozen:
+            self._frozen = False
+            return f"{self.topic} changes again"
+        return ""

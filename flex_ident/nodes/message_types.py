@@ -9,8 +9,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from builtin_interfaces.msg import Time
+from rclpy.serialization import deserialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+from std_msgs.msg import Header
 
 from flex_ident.errors import UsageError
 
@@ -23,6 +26,17 @@ def message_class(message_type: str) -> Any:
         return getattr(importlib.import_module(f"{package}.{kind}"), name)
     except (ValueError, ImportError, AttributeError) as error:
         raise UsageError(f"the type {message_type} is not installed here.") from error
+
+
+def without_stamp(message_type: str, data: bytes) -> object:
+    """A message, to be compared with others of its topic, whenever they were sent; its bytes where they are none."""
+    try:
+        message = deserialize_message(data, message_class(message_type))
+        if isinstance(getattr(message, "header", None), Header):
+            message.header.stamp = Time()
+    except Exception:  # whatever rclpy makes of bytes that are no message
+        return data
+    return message
 
 
 @cache

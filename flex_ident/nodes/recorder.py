@@ -11,11 +11,14 @@ from typing import Any
 from rclpy.node import Node
 
 from flex_ident.errors import UsageError
-from flex_ident.excitation.pace import Pace
+from flex_ident.excitation.pace import Pace, Stillness
 from flex_ident.nodes.bag_file import MIB, BagFile, unique_folder
-from flex_ident.nodes.message_types import definition_and_digest
+from flex_ident.nodes.message_types import definition_and_digest, without_stamp
 from flex_ident.nodes.raw_topics import RawTopics
 from flex_ident.recording.names import at_home
+
+LONGEST_COMPARED = 65536
+"""Length, bytes, of the longest messages that are compared with those before."""
 
 
 class Recorder:
@@ -32,6 +35,10 @@ class Recorder:
         self._wanted = list(dict.fromkeys(t for t in map(node.resolve_topic_name, topics) if t not in own))
         self._paces: dict[str, Pace] = {topic: Pace(topic, time.monotonic()) for topic in own}
         self._received: list[str] = []
+        self._types: dict[str, str] = {}
+        self._stillness: dict[str, Stillness] = {}
+        self._latest: dict[str, bytes] = {}
+        """A message of each further topic that has come since these were looked at."""
         self._refused: dict[str, str] = {}
 
     @property
@@ -61,6 +68,10 @@ class Recorder:
         self._paces[topic].arrived(time.monotonic())
         self.bag.write(topic, self._node.get_clock().now().nanoseconds if stamp_ns is None else stamp_ns, data)
 
+    def _take(self, topic: str, data: bytes) -> None:
+        self._latest[topic] = data
+        self.write(topic, data)
+
     def find_topics(self) -> None:
         """Subscribe to what has appeared of the topics wanted."""
         for topic in list(self._wanted):
@@ -71,16 +82,22 @@ class Recorder:
             try:
                 self.announce(topic, str(offers[0].topic_type))
                 self._paces[topic] = Pace(topic, time.monotonic())
-                self._raw.subscribe(topic, partial(self.write, topic))
+                self._types[topic], self._stillness[topic] = str(offers[0].topic_type), Stillness(topic)
+                self._raw.subscribe(topic, partial(self._take, topic))
                 self._received.append(topic)
             except UsageError as error:
                 self._refused[topic] = str(error).rstrip(".")
                 self._node.get_logger().warning(f"{topic} is not recorded: {error}")
 
     def changes(self) -> list[str]:
-        """What has changed in the pace of the topics since the last call."""
+        """What has changed in the pace of the topics since the last call, and which have frozen."""
         now = time.monotonic()
-        return [said for pace in list(self._paces.values()) if (said := pace.look(now))]
+        said = [pace.look(now) for pace in list(self._paces.values())]
+        for topic in list(self._latest):
+            data = self._latest.pop(topic)
+            if len(data) <= LONGEST_COMPARED:
+                said.append(self._stillness[topic].look(now, without_stamp(self._types[topic], data)))
+        return [text for text in said if text]
 
     def paces(self) -> str:
         """How many messages of each topic came, how fast, with the longest gap."""

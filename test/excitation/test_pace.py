@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flex_ident.excitation.pace import Losses, Pace
+from flex_ident.excitation.pace import Losses, Pace, Stillness
 
 
 def said(pace: Pace, arrivals: np.ndarray, until: float) -> list[str]:
@@ -60,3 +60,20 @@ def test_two_publishers_are_told_apart() -> None:
         if k != 50:
             losses.count(5 + k, 2)
     assert losses.lost == 1
+
+
+def frozen(contents: list[object]) -> list[str]:
+    """What is said of a topic that says this, looked at ten times a second."""
+    stillness = Stillness("/a")
+    said = (stillness.look(0.1 * k, content) for k, content in enumerate(contents))
+    return [text for text in said if text]
+
+
+def test_a_topic_that_freezes_and_changes_again_is_said_once_each() -> None:
+    said = frozen([*range(30), *[30] * 30, *range(31, 60)])
+    assert said == ["/a has frozen: the same for 1.1 s, though messages come", "/a changes again"]
+
+
+def test_what_changes_now_and_then_has_not_frozen() -> None:
+    assert frozen([k // 5 for k in range(40)] + [8] * 40) == []
+    assert frozen([k // 3 for k in range(300)]) == []

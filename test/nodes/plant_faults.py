@@ -1,12 +1,13 @@
 """What can go wrong on a robot, measured on its joints and not on the commands: under each kind of command.
 
-`test_plant_faults.py` plays each; `faults.py` writes the table.
+`test_plant_faults.py` plays each, and the `SITUATIONS` of `situations.py`; `faults.py` writes the tables.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import re
 import resource
 import signal
 import time
@@ -23,6 +24,10 @@ TIMEOUT_S = 0.6
 """Of joint states, where these are at fault."""
 MORE_BYTES = 100_000
 """That a bag may grow on a disk that is about to be full."""
+REFUSED = "refused"
+ALL_KINDS = ("position", "velocity", "effort", "trajectory")
+LEAST_MOTION, LONGEST_STAND_S = 1e-3, 3.0
+"""What counts as motion, rad; time in which a joint must stand."""
 HELD_AT = 0.5
 """Where the joint that shall hold stands, rad."""
 
@@ -31,9 +36,11 @@ HELD_AT = 0.5
 class PlantOutcome:
     """What came of it: exit status and reason; when the joint stood still after the fault, s, how far it ever was from
     where it began, rad, how fast, rad/s, and its largest effort, N m; how far the joint moved that shall hold, rad.
+
+    The status of a node that refuses a call of ~/start, and stays, is `REFUSED`.
     """
 
-    status: int | None
+    status: int | str | None
     reason: str
     seconds_to_stand: float
     farthest: float
@@ -50,25 +57,31 @@ class PlantOutcome:
         )  # fmt: skip
 
 
-def measured(made: Rig, at: float) -> PlantOutcome:
-    """What came of a fault at that instant of the steady clock, once all is over."""
+def measured(made: Rig, at: float, told: tuple[int | str | None, str]) -> PlantOutcome:
+    """What came of a fault at that instant of the steady clock, once all is over; `told` are status and reason."""
     truth = made.truth()
-    lines = made.output("chirp_exciter").splitlines()
-    said = [line for line in lines if line.startswith("chirp_exciter")]
-    reason = said[-1].partition(": ")[2] if said else ""
     after = truth[truth[:, 0] > at]
     moving = after[np.abs(after[:, 4]) > STOPPED]
     still = after[-1, 0] - moving[-1, 0] > 0.3 if len(moving) else True
     stands = (moving[-1, 0] - at if len(moving) else 0.0) if still else math.inf
     return PlantOutcome(
-        made.processes["chirp_exciter"].poll(), reason, max(0.0, stands),
+        *told, max(0.0, stands),
         float(np.abs(truth[:, 2] - truth[0, 2]).max()), float(np.abs(truth[:, 4]).max()),
         float(np.abs(truth[:, 6]).max()), float(np.abs(truth[:, 1] - HELD_AT).max()),
     )  # fmt: skip
 
 
-Play = Callable[[Rig, str], float]
-"""Plays a fault under a kind of command; the instant at which it happened."""
+def last_words(said: str, wanted: str) -> str:
+    """Why a node ended, from what it said; where that was nothing, what it noted of what is wanted, and empty else."""
+    lines = said.splitlines()
+    if ends := [line for line in lines if line.startswith("chirp_exciter")]:
+        return ends[-1].partition(": ")[2]
+    noted = [line.partition("[chirp_exciter]: ")[2] for line in lines if wanted and wanted in line]
+    return noted[0] if noted else ""
+
+
+Play = Callable[[Rig, str], float | str]
+"""Plays a fault under a kind of command; the instant at which it happened, or why ~/start was refused."""
 
 
 def signalled(name: str) -> Play:
@@ -136,12 +149,30 @@ def inactive(made: Rig, kind: str) -> float:
 
 @dataclass(frozen=True)
 class PlantFault:
-    """How a fault is played, under which kinds of command, and what must come of it."""
+    """How a fault is played, under which kinds of command, and what must come of it.
+
+    `still`: nothing may move; `after` looks at what else must be true in the end.
+    """
 
     play: Play
     reason: str
-    status: int = 3
-    kinds: tuple[str, ...] = ("position", "velocity", "effort", "trajectory")
+    status: int | str = 3
+    kinds: tuple[str, ...] = ALL_KINDS
+    still: bool = False
+    after: Callable[[Rig], None] | None = None
+
+    def broken(self, found: PlantOutcome) -> str:
+        """Which promise was broken; empty when none was."""
+        moved = found.farthest > LEAST_MOTION
+        kept = {
+            f"status {self.status}": found.status == self.status,
+            f"'{self.reason}'": self.reason in found.reason,
+            "inside the limits": found.inside_limits,
+            "at rest in the end": found.seconds_to_stand < LONGEST_STAND_S,
+            "nothing moves": not (self.still and moved),
+            "the joint is excited": moved or self.status != 0,
+        }
+        return ", ".join(what for what, is_so in kept.items() if not is_so)
 
 
 BAD_READINGS = {
@@ -176,22 +207,34 @@ PLANT_FAULTS: dict[str, PlantFault] = {
 fault has no row under these kinds."""
 
 
-def played(made: Rig, name: str, kind: str) -> PlantOutcome:
-    """Play one fault under one kind of command."""
-    at = PLANT_FAULTS[name].play(made, kind)
-    made.ended("chirp_exciter")
+def played(made: Rig, fault: PlantFault, kind: str) -> PlantOutcome:
+    """Play one fault under one kind of command. A run that goes on to its end must leave the joint at rest."""
+    at = fault.play(made, kind)
+    status: int | str | None = REFUSED
+    if not isinstance(at, str):
+        status = made.ended("chirp_exciter")
     over = time.monotonic()
     while made.truth()[-1, 0] < over + 1.0 and time.monotonic() < over + 15.0:
         made.spin(0.5)
-    return measured(made, at)
+    if fault.after is not None:
+        fault.after(made)
+    if isinstance(at, str):
+        return measured(made, over, (status, at))
+    told = status, last_words(made.output("chirp_exciter"), fault.reason)
+    return measured(made, over if status == 0 else at, told)
 
 
 def plant_rows(outcomes: dict[tuple[str, str], PlantOutcome]) -> dict[str, str]:
     """The outcomes as rows of Markdown, by what they begin with."""
     return {
         f"| {name} | {kind} |": (
-            f"| {name} | {kind} | {o.status}: {o.reason} | {o.seconds_to_stand:.2f} | {o.farthest:.3f} | "
+            f"| {name} | {kind} | {o.status}: {reason(o)} | {o.seconds_to_stand:.2f} | {o.farthest:.3f} | "
             f"{o.fastest:.2f} | {o.strongest:.1f} |"
         )
         for (name, kind), o in outcomes.items()
     }
+
+
+def reason(found: PlantOutcome) -> str:
+    """The reason as the page has it: without what differs from one computer to the next."""
+    return re.sub(r"/tmp/\S*?/(bags/)?(?=\w+[. ])", ".../", found.reason) or "none"

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from itertools import pairwise
 from pathlib import Path
@@ -82,15 +82,17 @@ class Rig:
         stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         self.references.append((stamp, message.position[0], message.velocity[0]))
 
-    def start(self, name: str, parameters: dict[str, Any]) -> subprocess.Popen[bytes]:
-        """Start a node as a process; its output goes to NAME.log."""
-        arguments = [sys.executable, "-m", "flex_ident.nodes", name, "--ros-args"]
+    def start(
+        self, name: str, parameters: dict[str, Any], arguments: Sequence[str] = (), *, process: str = ""
+    ) -> subprocess.Popen[bytes]:
+        """Start a node as a process, called as the node unless told otherwise; its output goes to NAME.log."""
+        called = process or name
+        command = [sys.executable, "-m", "flex_ident.nodes", name, "--ros-args", *arguments]
         for key, value in parameters.items():
-            arguments += ["-p", f"{key}:={json.dumps(value)}"]
-        with self.log(name).open("ab") as out:
-            process = subprocess.Popen(arguments, stdout=out, stderr=out)
-        self.processes[name] = process
-        return process
+            command += ["-p", f"{key}:={json.dumps(value)}"]
+        with self.log(called).open("ab") as out:
+            self.processes[called] = subprocess.Popen(command, stdout=out, stderr=out)
+        return self.processes[called]
 
     def log(self, name: str) -> Path:
         """Where a node's output goes."""
@@ -107,20 +109,24 @@ class Rig:
             "limits.velocity": VELOCITY_LIMIT, "rate_hz": SIMULATED_HZ, **more,
         })  # fmt: skip
 
-    def robot(self, **more: Any) -> None:
+    def robot(self, name: str = "robot", **more: Any) -> None:
         """The robot of somebody else, with stand-ins for ros2_control's controllers."""
-        given = {"limit": POSITION_LIMIT, "speed": VELOCITY_LIMIT, "truth": str(self.folder / "truth"), **more}
+        truth = str(self._truth(name))
+        given = {"limit": POSITION_LIMIT, "speed": VELOCITY_LIMIT, "truth": truth, **more}
         command = [sys.executable, str(Path(__file__).parent / "robot.py"), json.dumps(given)]
         apart = without_shared_memory(os.environ, get_rmw_implementation_identifier())  # or it pauses for 0.33 s
-        with self.log("robot").open("ab") as out:
-            self.processes["robot"] = subprocess.Popen(command, stdout=out, stderr=out, env=apart)
+        with self.log(name).open("ab") as out:
+            self.processes[name] = subprocess.Popen(command, stdout=out, stderr=out, env=apart)
 
-    def truth(self, joints: int = 2) -> np.ndarray:
+    def _truth(self, robot: str) -> Path:
+        return self.folder / ("truth" if robot == "robot" else f"{robot}_truth")
+
+    def truth(self, joints: int = 2, *, robot: str = "robot") -> np.ndarray:
         """What the robot's joints really did: time, s, then positions, speeds and efforts, one row each instant."""
-        rows = [line.split() for line in (self.folder / "truth").read_text().splitlines()]
+        rows = [line.split() for line in self._truth(robot).read_text().splitlines()]
         return np.array([row for row in rows if len(row) == 1 + 3 * joints], float)
 
-    def exciter(self, **more: Any) -> None:
+    def exciter(self, arguments: Sequence[str] = (), *, process: str = "", **more: Any) -> None:
         """An exciter that waits for ~/start unless told otherwise."""
         given = {
             "joint": JOINT,
@@ -131,7 +137,7 @@ class Rig:
             "recording.directory": str(self.folder / "bags"),
             **more,
         }
-        self.start("chirp_exciter", given)
+        self.start("chirp_exciter", given, arguments, process=process)
 
     def spin(self, seconds: float) -> None:
         """Listen for a while."""

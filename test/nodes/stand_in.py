@@ -34,9 +34,24 @@ TRIES = 4
 
 def exciting(made: Rig, kind: str, *, robot: dict[str, Any] | None = None, **parameters: Any) -> None:
     """A joint of the robot in mid-chirp."""
-    its, ours = KINDS[kind]
-    made.robot(**{**its, **(robot or {})})
-    given = {"command.joints": ["shoulder", JOINT], "limits.state_timeout_s": 1.0, **ours, **parameters}
+    made.robot(**as_robot(kind, robot))
+    excited(made, kind, **parameters)
+
+
+def as_robot(kind: str, more: dict[str, Any] | None = None) -> dict[str, Any]:
+    """How a robot is that takes this kind of command."""
+    return {**KINDS[kind][0], **(more or {})}
+
+
+def as_exciter(kind: str, more: dict[str, Any] | None = None) -> dict[str, Any]:
+    """The parameters of an exciter that commands in this way."""
+    joints = {"command.joints": ["shoulder", JOINT], "limits.state_timeout_s": 1.0}
+    return {**joints, **KINDS[kind][1], **(more or {})}
+
+
+def excited(made: Rig, kind: str, **parameters: Any) -> None:
+    """Have a robot that is there brought into mid-chirp."""
+    given = as_exciter(kind, parameters)
     for _ in range(TRIES):
         made.exciter(**given)
         made.states.clear()

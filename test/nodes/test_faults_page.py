@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs rclpy")
 from faults import FAULTS, PAGE, with_rows
-from plant_faults import PLANT_FAULTS
+from situations import JOINT_FAULTS
 
 KINDS = ("position", "velocity", "effort", "trajectory")
 
@@ -27,10 +27,10 @@ def test_each_fault_has_its_row_and_its_cause() -> None:
 
 def test_each_fault_on_the_joints_has_its_row_and_its_cause() -> None:
     joints = {(row[0], row[1]): row[2] for row in cells() if row[1] in KINDS}
-    assert list(joints) == [(name, kind) for name, fault in PLANT_FAULTS.items() for kind in fault.kinds]
+    assert list(joints) == [(name, kind) for name, fault in JOINT_FAULTS.items() for kind in fault.kinds]
     for (name, kind), said in joints.items():
-        assert said.startswith(f"{PLANT_FAULTS[name].status}: "), (name, kind)
-        assert PLANT_FAULTS[name].reason in said, (name, kind)
+        assert said.startswith(f"{JOINT_FAULTS[name].status}: "), (name, kind)
+        assert JOINT_FAULTS[name].reason in said, (name, kind)
 
 
 def test_a_row_takes_its_own_place() -> None:
