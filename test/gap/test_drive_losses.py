@@ -78,3 +78,26 @@ def test_a_gain_that_drifts_far_is_named_and_measured() -> None:
     for key in ("Jm", "K", "JL"):
         p = found.final.parameter(key)
         assert abs(p.value - truth.value(key)) < 3.0 * p.std, p
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("settles_s", [1e6, 8.0])
+def test_a_zero_that_drifts_does_not_move_gravity(settles_s: float) -> None:
+    """As a strain gauge warms, read by the motor alone: gravity and a constant are all but alike over a small range."""
+    recording = virtual_recording(COBOT_JOINT, EXPERIMENT, CHAIN, seed=9)
+    time, whole = recording.time, recording.time[-1]
+    zero = 0.6 * np.expm1(-time / settles_s) / np.expm1(-whole / settles_s)
+    alone = replace(recording, motor_torque=recording.motor_torque + zero, link_position=None)
+    result = identify(alone, IdentifyOptions(sensors="motor"))
+    for key in ("Jm", "K", "JL", "FSm", "MX", "MY"):
+        p = result.parameter(key)
+        assert not p.identifiable or abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, p
+
+
+@pytest.mark.slow
+def test_a_zero_that_drifts_far_is_named_and_measured() -> None:
+    truth = COBOT_JOINT.with_effect("offset_drift", {"rate": 0.25})
+    found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=8), GapOptions())
+    assert [f.effect for f in found.findings] == ["offset_drift"]
+    rate = found.findings[0].parameters[0]
+    assert rate.value == pytest.approx(0.25, rel=0.1)
