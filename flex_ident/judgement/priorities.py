@@ -43,8 +43,8 @@ REVERSED = (
     "of yours."
 )
 LOADED = (
-    "effort and acceleration do not belong together: other joints that move load this one, or it hardly accelerates. "
-    "Move it alone, and faster."
+    "effort and acceleration do not belong together: other joints that move load this one, it hardly accelerates, or "
+    "its link sticks for most of the motion. Move it alone, faster, and with a larger amplitude."
 )
 
 

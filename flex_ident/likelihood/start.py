@@ -147,7 +147,8 @@ def _best_scanned(
     if best is None:
         raise ExcitationError(
             "no locked-motor frequency up to the excited band explains the torque with positive inertias: "
-            "the joint may be rigid in this band (try --rigid), or torque and position may not belong together."
+            "the joint may be rigid in this band (try --rigid), the link may stick for most of the motion (move with a "
+            "larger amplitude), or torque and position may not belong together."
         )
     return best
 
