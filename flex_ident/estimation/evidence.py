@@ -77,6 +77,7 @@ def evidence_of(
         gap=left.gap,
         noise=left.floor,
         structured=left.structured(left.gap),
+        burst=left.burst(estimate.problem.time),
         link=(left.link.gap, left.link.floor) if left.link is not None and left.link.structured else None,
         noise_known=left.evidence != "none",
         causes=tuple(

@@ -67,6 +67,8 @@ class FitEvidence(Evidence):
     gap: float = 0.0
     noise: float = 0.0
     structured: bool = False
+    burst: tuple[float, float] | None = None
+    """From when to when, s, most of that is left; None where it is no short stretch."""
     link: tuple[float, float] | None = None
     """What is left of the link's position and its noise, rad rms, where that is more than noise."""
     noise_known: bool = True

@@ -166,7 +166,11 @@ def _noise_unknown(evidence: FitEvidence) -> Iterator[Notice]:
 def _structure(evidence: FitEvidence) -> Iterator[Notice]:
     if evidence.structured:
         sizes = {"gap": evidence.gap, "noise": evidence.noise}
-        yield Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", sizes, {"unit": "N m"})
+        texts = {"unit": "N m", "case": "throughout"}
+        if evidence.burst is not None:
+            sizes["from_s"], sizes["to_s"] = evidence.burst
+            texts["case"] = "burst"
+        yield Notice(Code.STRUCTURED_RESIDUAL, "motor_torque", sizes, texts)
 
 
 def _link_structure(evidence: FitEvidence) -> Iterator[Notice]:

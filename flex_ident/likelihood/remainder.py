@@ -44,6 +44,10 @@ class LinkRemainder:
 
 STRETCH_S = 0.5
 """Stretch over which what rounding moves is held against what is left, s. Set by hand: a few periods of the mode."""
+BURST_S = (0.5, 1.0, 2.0, 3.0, 5.0)
+"""Lengths of a short stretch, s, the shortest that holds enough being told."""
+BURST_SHARE, BURST_HOLDS = 0.15, 0.6
+"""Share of the recording that it may be, and of what is more than noise that it must hold. Set by hand."""
 Evidence = Literal["repeats", "above_band", "quiet", "none"]
 """What tells the noise from the gap: what does not repeat, what lies above the motion, quiet cells, nothing."""
 
@@ -60,6 +64,26 @@ class Remainder:
     evidence: Evidence
     link: LinkRemainder | None = None
     """Of the link's position; None without a link encoder."""
+
+    def burst(self, time: Floats) -> tuple[float, float] | None:
+        """From when to when, s, most is left that is more than noise; None where that is no short stretch.
+
+        `time` (m,), s, of the residual.
+        """
+        more = np.maximum(self.residual**2 - self.floor**2, 0.0)
+        total = np.concatenate(([0.0], np.cumsum(more)))
+        if total[-1] <= 0.0:
+            return None
+        whole = float(time[-1] - time[0])
+        for seconds in BURST_S:
+            width = int(np.searchsorted(time, time[0] + seconds))
+            if seconds > BURST_SHARE * whole or width >= more.size:
+                return None
+            within = total[width:] - total[:-width]
+            at = int(np.argmax(within))
+            if within[at] > BURST_HOLDS * total[-1]:
+                return float(time[at]), float(time[at]) + seconds
+        return None
 
     def structured(self, gap: float) -> bool:
         """Whether a gap, N m rms, holds more than noise and the method's own error."""

@@ -63,6 +63,7 @@ def warning_content(notice: Notice) -> dict[str, Any]:
 
 LEAVES = "the model leaves {left_percent:.0f} % of the torque unexplained"
 CUT = "{subject} {how} at byte {at:.0f} of {size:.0f}: the last {lost_percent:.1f} % are lost, what is whole was read."
+STRUCTURE = "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: "
 HELD = (
     "{subject} is stamped at {stamped_hz:.4g} Hz and measured at {measured_hz:.4g} Hz: the {count:.0f} of {total:.0f} "
     "samples that repeat others were left out."
@@ -324,10 +325,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{used_rad_s:.0f} rad/s. Something in that band is not in the model: run explain_gap."
     ),
     Code.MODEL_MISMATCH: LEAVES + ": run explain_gap to see what is missing.",
-    Code.STRUCTURED_RESIDUAL: (
-        "the model leaves {gap:.3g} {unit} rms, of which noise accounts for {noise:.3g}: run explain_gap to see what "
-        "is missing."
-    ),
+    Code.STRUCTURED_RESIDUAL: {
+        "throughout": STRUCTURE + "run explain_gap to see what is missing.",
+        "burst": STRUCTURE + "most of that from {from_s:.1f} to {to_s:.1f} s of the recording. If the joint was "
+        "touched or disturbed there, record it again; else run explain_gap to see what is missing.",
+    },
     Code.LINK_TAKEN_AS_RIGID: {
         "yields": "{subject} is that of all that yields with the joint, base and neighbouring joints included: the "
         "motor alone does not tell them apart, an encoder on the link does.",
