@@ -89,7 +89,10 @@ def design_filter(
     )  # fmt: skip
     if figure is not None:
         try:
+            figure.parent.mkdir(parents=True, exist_ok=True)
             content = figure_1(design, figure.suffix.lstrip(".") or "png")
+        except OSError as error:
+            raise UsageError(f"--figure {figure}: cannot be written ({error.strerror}).") from error
         except ValueError as error:
             raise UsageError(f"--figure {figure}: {error}.") from error
         write_file(figure, content, "--figure")

@@ -7,7 +7,7 @@ import numpy as np
 from flex_ident.estimation.unseen_effects import opened_by
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.notices import Code
+from flex_ident.notices import Code, Notice
 from flex_ident.recording import Floats, Recording
 
 UNKNOWN = 0.7
@@ -20,7 +20,7 @@ PART = 0.1
 
 def untold_step(recording: Recording) -> float:
     """The step of an effort of which it is not known whether it was rounded or cut; 0 where it is, or has none."""
-    return max((n.numbers["step"] for n in recording.notices if n.code is Code.EFFORT_STEPS), default=0.0)
+    return next((s.untold_step for s in recording.sampling if s.role == "motor_torque"), 0.0)
 
 
 def cut_covariance(solver: SteadyFit, fit: Fit) -> Floats:
@@ -34,6 +34,9 @@ def cut_covariance(solver: SteadyFit, fit: Fit) -> Floats:
     return opened_by(fit, solver.whitened(changes, fit.whitenings)[:, None])
 
 
-def matters(cut: Floats, whole: Floats) -> bool:
-    """Whether it is a part of any interval that a person should know of; both (p, p)."""
-    return bool(np.any(np.diag(cut) > PART * np.diag(whole)))
+def cut_notice(recording: Recording, cut: Floats, whole: Floats) -> Notice | None:
+    """That the intervals hold it; None where it is no part of any that a person should know of. Both are (p, p)."""
+    if not np.any(np.diag(cut) > PART * np.diag(whole)):
+        return None
+    [source] = [s.source for s in recording.sampling if s.role == "motor_torque"]
+    return Notice(Code.EFFORT_STEPS, source, {"step": untold_step(recording)})

@@ -12,7 +12,7 @@ from scipy import ndimage
 from flex_ident.errors import ExcitationError, UsageError
 from flex_ident.estimation.base_fit import Progress, base_fit
 from flex_ident.estimation.chain_known import with_chain_open
-from flex_ident.estimation.effort_cut import cut_covariance, matters
+from flex_ident.estimation.effort_cut import cut_covariance, cut_notice
 from flex_ident.estimation.effort_kind import resolved
 from flex_ident.estimation.encoder_rounding import rounding_bias
 from flex_ident.estimation.far_mode import unseen_shift
@@ -40,7 +40,7 @@ from flex_ident.likelihood.problem import Bools, FitProblem
 from flex_ident.likelihood.remainder import Remainder, remainder
 from flex_ident.likelihood.start import drives, scanned_start
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.notices import Code
+from flex_ident.notices import Code, Notice
 from flex_ident.parameters import FLEXIBLE_KEYS, GRAVITY_KEYS, RIGID_KEYS
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
@@ -83,8 +83,8 @@ class Estimate:
     """The same for an error of the link's encoder."""
     other: OtherEnd | None = None
     """Where another start ended that is as likely; None where there is none."""
-    cut_matters: bool = False
-    """Whether a part of an interval is that the effort may have been cut toward zero (`effort_cut`)."""
+    steps: Notice | None = None
+    """That the effort may have been cut toward zero, where that is a part of an interval (`effort_cut`)."""
     kind: KindFit | None = None
     """Which kind of effort the fit is of, where that was asked."""
 
@@ -256,4 +256,6 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     coupling = coupling_of(solver, fit)
     unseen, lossy = (unseen_stds(solver, fit, where) for where in ("link", "spring"))
     known = (trained.values, left, found, plain, matter, coupling, unseen, lossy, eccentric, other)
-    return Estimate(problem, solver, fit, joined, validation, *known, cut_matters=matters(cut, joined.covariance))
+    return Estimate(
+        problem, solver, fit, joined, validation, *known, steps=cut_notice(problem.recording, cut, joined.covariance)
+    )

@@ -321,8 +321,7 @@ def identification_of(
         locked_motor_hz=derived.get("locked_motor_hz", 0.0),
     )  # fmt: skip
     verdict, objections = judged(evidence, FIT_RULES)
-    told = [n for n in recording.notices if n.code is not Code.EFFORT_STEPS or estimate.cut_matters]
-    notices = [*told, *objections]
+    notices = [*recording.notices, *objections]
     absent: tuple[Parameter, ...] = ()
     if estimate.kind is not None:
         notices = [*estimate.kind.notices, *notices]
@@ -341,7 +340,7 @@ def identification_of(
     gravity = gravity_notice(estimate.unseen, fit, estimate.uncertainty)
     on_motor = motor_side_notice(problem, fit, estimate.uncertainty, estimate.unseen)
     encoder = encoder_notice(estimate.eccentric, fit, estimate.uncertainty)
-    notices += [notice for notice in (gravity, on_motor, encoder) if notice is not None]
+    notices += [notice for notice in (gravity, on_motor, encoder, estimate.steps) if notice is not None]
     notices += loss_notices(estimate.lossy, fit.values)
     for group in estimate.uncertainty.undetermined:
         notices.append(Notice(Code.UNDETERMINED, ", ".join(group)))

@@ -299,7 +299,7 @@ class FitProblem:
         """Whether a force bears on what was measured, or the reading is not in proportion: then scaling all forces
         does not scale the residual."""
         terms = self.terms(values)
-        return terms[Term.IRON_LOSS] != 0.0 or any(terms[t] != 0.0 for t in Term if t.side == "measurement" and t.force)
+        return bool(terms[Term.IRON_LOSS] != 0.0 or terms[Term.TORQUE_LIMIT] != 0.0)
 
     def residuals(self, values: Values) -> tuple[Floats, ...]:
         """Measured minus predicted, (m,) each: torque, and link position where there is one."""

@@ -50,6 +50,7 @@ def _sampling(signal: Signal, motor: Signal, same: Sampling | None) -> Sampling:
             clock=signal.clock,
             dropped_nonfinite=signal.dropped_nonfinite,
             step=resolution(signal.values),
+            untold_step=signal.untold_step,
         )
     steps = np.diff(signal.time)
     period = period_of(signal.time)
@@ -70,6 +71,7 @@ def _sampling(signal: Signal, motor: Signal, same: Sampling | None) -> Sampling:
         dropped_duplicates=signal.dropped_duplicates,
         dropped_backwards=signal.dropped_backwards,
         step=resolution(signal.values),
+        untold_step=signal.untold_step,
     )
 
 

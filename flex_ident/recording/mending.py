@@ -84,9 +84,10 @@ def _untruncated(signal: Signal, notices: list[Notice]) -> Signal:
     grid = effort_grid(signal.values)
     if grid is None or grid.cut is False:
         return signal
-    code = Code.EFFORT_STEPS if grid.cut is None else Code.EFFORT_TRUNCATED
-    notices.append(Notice(code, signal.source, {"step": grid.step}))
-    return replace(signal, values=untruncated(signal.values, grid.step)) if grid.cut else signal
+    if grid.cut is None:
+        return replace(signal, untold_step=grid.step)
+    notices.append(Notice(Code.EFFORT_TRUNCATED, signal.source, {"step": grid.step}))
+    return replace(signal, values=untruncated(signal.values, grid.step))
 
 
 def _without_seams(signal: Signal, turn: float, notices: list[Notice]) -> Signal:

@@ -53,6 +53,9 @@ class Signal:
     dropped_nonfinite: int = 0
     dropped_duplicates: int = 0
     dropped_backwards: int = 0
+    untold_step: float = 0.0
+    """The step of an effort of which it does not show whether it was rounded or cut toward zero; 0 where it does, or
+    where it has none (`recording.truncation`)."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", read_only(self.time, name=f"time of {self.source}"))
@@ -82,6 +85,8 @@ class Sampling:
     step: float = 0.0
     """The step of the values as they were recorded, in their unit: an encoder's count, or next to nothing. Splines
     through stamps that jitter leave no steps."""
+    untold_step: float = 0.0
+    """As of the `Signal`."""
 
 
 @dataclass(frozen=True)

@@ -94,15 +94,13 @@ def renewed(folder: Path, stale: tuple[str, ...]) -> Iterator[Path]:
 def write_file(path: Path, content: bytes, what: str = "--out") -> None:
     """Write one file, at once or not at all: what stood there before stays until all of it is written.
 
-    Its folder is made where there is none; a pipe or a device is written to as it is. Raises UsageError when it cannot
-    be written.
+    A pipe or a device is written to as it is. Raises UsageError when it cannot be written.
     """
     target = Path(os.path.realpath(path))
     try:
         if target.exists() and not target.is_file():
             target.write_bytes(content)
             return
-        target.parent.mkdir(parents=True, exist_ok=True)
         aside = target.with_name(f".flex_ident_{uuid.uuid4().hex}")
         with unbroken():
             try:

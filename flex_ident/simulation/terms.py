@@ -152,7 +152,7 @@ class Term(IntEnum):
     STIFFNESS_SIN_2 = "spring", True
     GAIN_RATE = "measurement", False
     """Relative change in a second of what a torque is recorded as, 1/s; none at the start."""
-    OFFSET_RATE = "measurement", False
+    OFFSET_RATE = "measurement", True
     """Change in a second of what is recorded beside the torque, N m/s; none at the start."""
     CABLE_STIFFNESS = "link", True
     """Of a spring from the link to ground, N m/rad: multiplies the link's position."""

@@ -22,9 +22,11 @@ def test_an_effort_that_was_cut_toward_zero_is_put_right_or_in_the_intervals(ste
     cut = Signal("motor_torque", "e", "header", recording.time, step * np.trunc(recording.motor_torque / step))
     motor = Signal("motor_position", "q", "header", recording.time, recording.motor_position)
     signals, notices = mended_signals([motor, cut])
-    assert [n.code for n in notices] == [code]
     [effort] = [s for s in signals if s.role == "motor_torque"]
-    result = identify(replace(recording, motor_torque=effort.values, notices=tuple(notices)), IdentifyOptions())
+    sampling = tuple(replace(s, untold_step=effort.untold_step) for s in recording.sampling if s.role == effort.role)
+    told = replace(recording, motor_torque=effort.values, notices=tuple(notices), sampling=sampling)
+    result = identify(told, IdentifyOptions())
+    assert code in {n.code for n in result.notices}
     for key in ("Jm", "K", "JL", "FSm", "FS", "MY"):
         p = result.parameter(key)
         assert not p.identifiable or abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, p
