@@ -25,6 +25,11 @@ class ClockPace:
         if not self._known or received - self._first[0] > LONGEST_S:
             self._first, self._known = self._latest, True
 
+    @property
+    def known(self) -> bool:
+        """Whether joint states have come for long enough."""
+        return self._known and self._latest[0] - self._first[0] >= LEAST_S
+
     def problem(self) -> str:
         """That the time of the joint states passes more slowly than real time; empty: not so far."""
         passed, its_own = self._latest[0] - self._first[0], self._latest[1] - self._first[1]

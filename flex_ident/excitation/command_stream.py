@@ -16,6 +16,8 @@ POSITION_LEASE_S = 1.0
 """How long a commanded position may stand: the drive stays there."""
 LEASE_S, SHORTEST_LEASE_S = 0.12, 0.04
 """How long a commanded speed or effort may stand, and how long at least where a bound of the position is near."""
+SHORTEST_OF_EFFORT_S = 0.02
+"""The same of an effort, where it would carry the joint past its speed limit: less would end runs on a busy machine."""
 LEASE_SHARE = 0.5
 """Share of the way to the bound ahead that a commanded speed, or that of a joint under efforts, may go meanwhile."""
 
@@ -34,11 +36,14 @@ class CommandStream:
         self.seen: float | None = position
         """Where the joint was seen, rad, at the latest command; None: nowhere that is to be believed."""
         self._speed = 0.0
+        self._wanted = self._acceleration = 0.0
+        """Speed, rad/s, and acceleration, rad/s^2, of the reference."""
 
     def follow(self, now: float, position: float, velocity: float, sample: JointSample | None) -> None:
         """Follow a reference, rad and rad/s; without a sample by what is known without one."""
         law = self.law
         self._look(sample)
+        self._accelerate(now, velocity)
         if law.interface == "effort" and sample is None:
             self._fade(now)
         else:
@@ -57,6 +62,7 @@ class CommandStream:
         """Brake along a reference, rad and rad/s; without a sample no faster than that, and efforts fade."""
         law = self.law
         self._look(sample)
+        self._accelerate(now, velocity)
         if law.interface == "position":
             self.command = law.following(position, velocity, sample)
         elif law.interface == "velocity":
@@ -82,6 +88,12 @@ class CommandStream:
         if sample is not None and math.isfinite(sample.velocity):
             self._speed = sample.velocity
 
+    def _accelerate(self, now: float, velocity: float) -> None:
+        """Take the reference's speed, rad/s."""
+        if now > self._at:
+            self._acceleration = (velocity - self._wanted) / (now - self._at)
+        self._wanted = velocity
+
     def _fade(self, now: float) -> None:
         share = math.exp(-max(0.0, now - self._at) / FADE_S)
         rest = self.law.others(None, 0.0)
@@ -102,11 +114,22 @@ class CommandStream:
         if law.interface == "position":
             return POSITION_LEASE_S
         speed = self._speed if law.interface == "effort" else self.command
+        return min(self._until_bound(speed), self._until_fast(speed) if law.interface == "effort" else LEASE_S)
+
+    def _until_bound(self, speed: float) -> float:
+        """How long the joint may go on at that speed, rad/s, towards the bound ahead, s."""
         if speed == 0.0:
             return LEASE_S
-        limits = law.limits
+        limits = self.law.limits
         room = limits.position_max - self._position if speed > 0.0 else self._position - limits.position_min
         return min(LEASE_S, max(SHORTEST_LEASE_S, LEASE_SHARE * room / abs(speed)))
+
+    def _until_fast(self, speed: float) -> float:
+        """How long it may go on to accelerate as the reference does, s."""
+        if self._acceleration == 0.0:
+            return LEASE_S
+        room = self.law.limits.velocity - math.copysign(speed, speed * self._acceleration)
+        return min(LEASE_S, max(SHORTEST_OF_EFFORT_S, LEASE_SHARE * room / abs(self._acceleration)))
 
 
 def _between(value: float, bound: float) -> float:

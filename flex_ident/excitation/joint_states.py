@@ -83,6 +83,8 @@ class JointStateWatch:
         self._period = self._usual = 0.0
         self._gaps: list[float] = []
         self._pace = ClockPace()
+        self._pace_seen = True
+        """Whether it was known when the motion began: else it is looked at once it is, on the way to the start."""
         self._delay = math.inf
         self._distrusted = False
         self._repeated = False
@@ -204,6 +206,7 @@ class JointStateWatch:
         self._jump = ""
         self._distrusted = self._repeated = False
         self._usual, self._gaps = self._period, []
+        self._pace_seen = self._pace.known
         self._changed_at = now
         self._lowest, self._highest = math.inf, -math.inf
         self._had_velocity = sample is not None and math.isfinite(sample.velocity)
@@ -286,6 +289,10 @@ class JointStateWatch:
             return f"no joint state for {age:.3f} s, {self.timeout_s:.3f} s allowed"
         if self._jump:
             return self._jump
+        if not self._pace_seen and self._pace.known:
+            self._pace_seen = True
+            if why := self._pace.problem():
+                return why
         behind = self._behind(sample)
         if behind > self.timeout_s and self._repeated:
             return f"the joint states are frozen: the same for {behind:.2f} s, {REPEATED}"

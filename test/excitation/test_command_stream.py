@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
 
 from flex_ident.excitation import Gains, JointSample, Limits
-from flex_ident.excitation.command_stream import LEASE_S, POSITION_LEASE_S, SHORTEST_LEASE_S, CommandStream
+from flex_ident.excitation.command_stream import (
+    LEASE_S,
+    POSITION_LEASE_S,
+    SHORTEST_LEASE_S,
+    SHORTEST_OF_EFFORT_S,
+    CommandStream,
+)
 from flex_ident.excitation.commands import CommandLaw, Interface
 
 LIMITS = Limits(-0.5, 0.5, 2.0, 50.0, 0.2)
@@ -82,3 +89,19 @@ def test_an_effort_may_stand_the_shorter_the_faster_the_joint_goes_to_a_bound() 
     assert made.lease_s == LEASE_S
     made.follow(0.1, 0.4, 1.0, None)
     assert made.seen is None
+
+
+@pytest.mark.parametrize("frequency_hz", [1.0, 5.0, 12.0])
+def test_an_effort_may_stand_no_longer_than_the_joint_stays_slow_enough(frequency_hz: float) -> None:
+    made = stream("effort")
+    omega, speed = 2.0 * math.pi * frequency_hz, 1.5
+    leases = []
+    for k in range(1, 1001):
+        t = 0.001 * k
+        position, velocity = speed / omega * math.sin(omega * t), speed * math.cos(omega * t)
+        made.follow(t, position, velocity, replace(seen(position, t), velocity=velocity))
+        if k > 1:  # the first step is from rest to full speed
+            leases.append(made.lease_s)
+            reached = abs(velocity - speed * omega * math.sin(omega * t) * made.lease_s)
+            assert reached <= LIMITS.velocity or made.lease_s == SHORTEST_OF_EFFORT_S
+    assert min(leases) >= SHORTEST_OF_EFFORT_S

@@ -116,6 +116,20 @@ def test_nothing_moves_in_a_time_slower_than_that_of_the_commands(pace: float, s
     assert (f"time passes at {said} of real time" in why) if said else why == ""
 
 
+@pytest.mark.parametrize("interface", ["position", "velocity", "effort"])
+def test_a_start_before_the_pace_is_known_ends_once_it_is(interface: str) -> None:
+    made = servo(interface=interface, state_timeout_s=5.0)
+    began = made.now
+    made.sample = lambda s: replace(s, stamp=0.5 * (s.received - began), age=math.nan)
+    made.run(0.4)
+    assert made.exciter.start(made.now) == ""
+    output = made.run(2.0)
+    assert output.state == "aborted"
+    assert "time passes at 0.50 of real time" in output.reason
+    assert abs(made.position) < 0.05
+    commands_stay_inside(made)
+
+
 def test_a_clock_that_was_set_is_no_other_pace() -> None:
     made = servo()
     made.run(1.5)

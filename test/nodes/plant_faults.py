@@ -84,11 +84,12 @@ Play = Callable[[Rig, str], float | str]
 """Plays a fault under a kind of command; the instant at which it happened, or why ~/start was refused."""
 
 
-def signalled(name: str) -> Play:
-    """A signal to the exciter in mid-chirp; one that stands still goes on after two seconds."""
+def signalled(name: str, *, later_s: float = 0.0) -> Play:
+    """A signal to the exciter, so much later in the chirp than usual; one that stands still goes on after 2 s."""
 
     def play(made: Rig, kind: str) -> float:
         exciting(made, kind)
+        made.spin(later_s)
         at = time.monotonic()
         made.processes["chirp_exciter"].send_signal(getattr(signal, name))
         if name == "SIGSTOP":
@@ -189,6 +190,12 @@ BAD_READINGS = {
 """What the robot's driver does, and the cause that must be told."""
 PLANT_FAULTS: dict[str, PlantFault] = {
     "kill -9 of the exciter": PlantFault(signalled("SIGKILL"), "no heartbeat for", status=-9),
+    "kill -9 of the exciter where the chirp is fastest": PlantFault(
+        signalled("SIGKILL", later_s=3.9), "no heartbeat for", status=-9
+    ),
+    "the exciter stands still where the chirp is fastest": PlantFault(
+        signalled("SIGSTOP", later_s=3.9), "this node stood still for"
+    ),
     "the exciter stands still (SIGSTOP) and goes on": PlantFault(signalled("SIGSTOP"), "this node stood still for"),
     "the terminal closes (SIGHUP)": PlantFault(signalled("SIGHUP"), "stopped by SIGHUP"),
     "SIGINT": PlantFault(signalled("SIGINT"), "stopped by SIGINT"),

@@ -26,6 +26,10 @@ SLOW_HZ = 200.0
 LINKS = "/link_joint_states"
 
 
+SEEN_S = 1.5
+"""Time in which the exciter sees joint states before it is asked to start: in less it knows no pace of theirs."""
+
+
 def refusal(
     reason: str, *, kinds: tuple[str, ...] = ALL_KINDS, robot: dict[str, Any] | None = None, **parameters: Any
 ) -> PlantFault:
@@ -35,6 +39,8 @@ def refusal(
         more = {key: value[kind] if isinstance(value, dict) else value for key, value in (robot or {}).items()}
         made.robot(**as_robot(kind, more))
         made.exciter(**as_exciter(kind, parameters))
+        assert made.node_appears("chirp_exciter")
+        made.spin(SEEN_S)
         refused = made.start_exciting(30.0, expected=reason)
         made.spin(0.5)
         return refused
