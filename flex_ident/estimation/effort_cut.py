@@ -13,7 +13,6 @@ from flex_ident.recording import Floats, Recording
 UNKNOWN = 0.7
 """Standard deviation, in halves of a step, of what was cut off: 0 where it was rounded, 1 where it was cut, each as
 likely."""
-
 PART = 0.1
 """Share of a variance from which its cause is spoken of: it makes the interval 5 % wider."""
 
@@ -30,7 +29,7 @@ def cut_covariance(solver: SteadyFit, fit: Fit) -> Floats:
     if step == 0.0:
         return np.zeros((len(fit.free), len(fit.free)))
     cut = problem.reduced(0.5 * UNKNOWN * step * np.sign(problem.recording.motor_torque))
-    changes = (cut,) if problem.link is None else (cut, np.zeros_like(cut))
+    changes = (cut, *(np.zeros_like(cut) for _ in fit.whitenings[1:]))
     return opened_by(fit, solver.whitened(changes, fit.whitenings)[:, None])
 
 
