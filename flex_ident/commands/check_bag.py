@@ -42,9 +42,10 @@ def bag_check(path: Path, selection: SignalSelection) -> tuple[str, FlexIdentErr
         except SignalError as nothing:
             return _contents(path, files, topics, damage), nothing
     from flex_ident.bags.motions import joint_motions
-    from flex_ident.commands.check_joints import joint_check, joints_to_check, motions_text, why_none
 
     motions = joint_motions(path)
+    from flex_ident.commands.check_joints import joint_check, joints_to_check, motions_text, why_none
+
     parts = [_contents(path, files, _counted(topics, motions), damage), motions_text(motions)]
     joints = joints_to_check(selection, motions)
     errors: list[FlexIdentError] = []
