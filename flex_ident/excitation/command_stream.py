@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flex_ident.excitation.commands import CommandLaw
+from flex_ident.excitation.commands import CommandLaw, believed
 from flex_ident.excitation.joint_states import JointSample
 from flex_ident.excitation.motions import Braking
 
@@ -18,6 +18,8 @@ LEASE_S, SHORTEST_LEASE_S = 0.12, 0.04
 """How long a commanded speed or effort may stand, and how long at least where a bound of the position is near."""
 SHORTEST_OF_EFFORT_S = 0.02
 """The same of an effort, where it would carry the joint past its speed limit: less would end runs on a busy machine."""
+HELD_BACK_S = 0.5
+"""Time over which it is seen how much efforts are held back, as the joint states come late."""
 LEASE_SHARE = 0.5
 """Share of the way to the bound ahead that a commanded speed, or that of a joint under efforts, may go meanwhile."""
 
@@ -36,20 +38,32 @@ class CommandStream:
         self.seen: float | None = position
         """Where the joint was seen, rad, at the latest command; None: nowhere that is to be believed."""
         self._speed = 0.0
+        self.held_back = 0.0
+        """Share of the efforts that late joint states have taken of late."""
         self._wanted = self._acceleration = 0.0
         """Speed, rad/s, and acceleration, rad/s^2, of the reference."""
 
-    def follow(self, now: float, position: float, velocity: float, sample: JointSample | None) -> None:
-        """Follow a reference, rad and rad/s; without a sample by what is known without one."""
+    def follow(
+        self, now: float, position: float, velocity: float, sample: JointSample | None, late: float = 0.0
+    ) -> None:
+        """Follow a reference, rad and rad/s; without a sample by what is known without one.
+
+        `late`, s: by how much older the sample is than it usually is.
+        """
         law = self.law
         self._look(sample)
         self._accelerate(now, velocity)
+        if law.interface == "effort":
+            weight = min(1.0, max(0.0, now - self._at) / HELD_BACK_S)
+            self.held_back += weight * (1.0 - (0.0 if sample is None else believed(late)) - self.held_back)
         if law.interface == "effort" and sample is None:
             self._fade(now)
         else:
             blind = law.interface == "velocity" and sample is None
-            self.command = law.bounded_velocity(velocity, None) if blind else law.following(position, velocity, sample)
-            self.others = law.others(sample, 1.0)
+            self.command = (
+                law.bounded_velocity(velocity, None) if blind else law.following(position, velocity, sample, late)
+            )
+            self.others = law.others(sample, 1.0, late)
         self._at, self._position = now, position if sample is None or sample.position is None else sample.position
 
     def brake(self) -> None:
@@ -57,7 +71,13 @@ class CommandStream:
         self._braked = self.command
 
     def ramp_down(
-        self, now: float, position: float, velocity: float, braking: Braking, sample: JointSample | None
+        self,
+        now: float,
+        position: float,
+        velocity: float,
+        braking: Braking,
+        sample: JointSample | None,
+        late: float = 0.0,
     ) -> None:
         """Brake along a reference, rad and rad/s; without a sample no faster than that, and efforts fade."""
         law = self.law
@@ -72,9 +92,9 @@ class CommandStream:
             self._fade(now)
         else:
             share = min(1.0, max(0.0, 1.0 - (now - braking.end) / RELEASE_S))
-            held = law.following(position, velocity, sample)
+            held = law.following(position, velocity, sample, late)
             self.command = law.rest + share * (held - law.rest)
-            self.others = law.others(sample, share)
+            self.others = law.others(sample, share, late)
         self._at, self._position = now, position
 
     def rest(self, position: float) -> None:

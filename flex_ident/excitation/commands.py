@@ -14,6 +14,10 @@ Interface = Literal["position", "velocity", "effort"]
 INTERFACES: tuple[Interface, ...] = ("position", "velocity", "effort")
 SLOWEST_GAIN = 1.0
 """Near a bound of the position the speed towards it falls with the distance by this gain, 1/s, at least."""
+FASTEST = 0.99
+"""Share of the speed limit at which no effort accelerates a joint any more."""
+OLD_S = 0.01
+"""Time constant with which efforts beyond those at rest fall with the lateness of the reading that they act on."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +80,12 @@ class CommandLaw:
         """The command of a joint at rest that nothing drives: no speed, or the effort that held it before."""
         return 0.0 if self.interface == "velocity" else self._inside(self._base)
 
-    def following(self, position: float, velocity: float, sample: JointSample | None) -> float:
-        """The command that follows a reference, rad and rad/s; without a trusted sample one that drives nothing."""
+    def following(self, position: float, velocity: float, sample: JointSample | None, late: float = 0.0) -> float:
+        """The command that follows a reference, rad and rad/s; without a trusted sample one that drives nothing.
+
+        `late`, s: by how much older the sample is than it usually is. A loop of efforts that is closed over the past
+        swings up, so that its gains fall with that.
+        """
         if self.interface == "position":
             return self.limits.held(position)
         if sample is None or sample.position is None:
@@ -86,7 +94,24 @@ class CommandLaw:
         if self.interface == "velocity":
             return self.bounded_velocity(velocity + self.gains.position * error, sample)
         speed = _finite(sample.velocity)
-        return self._inside(self._base + self.gains.position * error + self.gains.velocity * (velocity - speed))
+        wanted = self.gains.position * error + self.gains.velocity * (velocity - speed)
+        return self._inside(self._base + believed(late) * self._bounded_push(wanted, speed))
+
+    def _bounded_push(self, wanted: float, speed: float) -> float:
+        """An effort beyond that at rest, N m, that falls with the speed it accelerates, to none at the speed limit.
+
+        It falls as the velocity gain has it, or from the effort limit at rest where that is steeper: a reference that
+        is far ahead then asks for no speed that is not allowed. What brakes is not bounded.
+        """
+        if wanted == 0.0:
+            return wanted
+        limits = self.limits
+        room = FASTEST * limits.velocity - math.copysign(speed, speed * wanted)
+        if room <= 0.0:
+            return 0.0
+        steepest = max(self.gains.velocity, limits.effort / limits.velocity if math.isfinite(limits.velocity) else 0.0)
+        most = steepest * room
+        return math.copysign(min(abs(wanted), most), wanted) if math.isfinite(most) else wanted
 
     def bounded_velocity(self, wanted: float, sample: JointSample | None) -> float:
         """A speed inside its limit that also falls as a bound of the position comes near."""
@@ -98,14 +123,18 @@ class CommandLaw:
         low = -gain * max(0.0, sample.position - self.limits.position_min)
         return min(max(wanted, low), high)
 
-    def others(self, sample: JointSample | None, share: float) -> tuple[float, ...]:
-        """Commands of the joints that hold; `share` of their hold, 1 while moving, falls to 0 when it is let go."""
+    def others(self, sample: JointSample | None, share: float, late: float = 0.0) -> tuple[float, ...]:
+        """Commands of the joints that hold; `share` of their hold, 1 while moving, falls to 0 when it is let go.
+
+        `late` as in `following`.
+        """
         if self.interface == "position":
             return self._start.others
         if self.interface == "velocity":
             return (0.0,) * len(self._start.others)
         if sample is None or len(sample.others) != len(self._start.others):
             return self._others_base
+        share *= believed(late)
         speeds = sample.others_velocity or (0.0,) * len(sample.others)
         rows = zip(
             self._others_base, self.gains.others_position, self.gains.others_velocity, self._start.others,
@@ -118,6 +147,11 @@ class CommandLaw:
 
     def _inside(self, effort: float) -> float:
         return _clipped(effort, self.limits.effort)
+
+
+def believed(late: float) -> float:
+    """Share of an effort that is still given where the reading that it acts on is late by `late`, s."""
+    return math.exp(-late / OLD_S)
 
 
 def _clipped(value: float, limit: float) -> float:

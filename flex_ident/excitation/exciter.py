@@ -28,6 +28,9 @@ EFFORT_MARGIN = 1.05
 """A drive that works at its limit reads a little more than that, for noise; more is a fault."""
 LATE_TICKS = 2.0
 """However late a tick comes, the reference moves on by no more than the speed allows in this many periods."""
+BUSY = "is the machine too busy?"
+MUCH = 0.3
+"""Share of the efforts that late joint states take, from which on a joint that does not follow is not to blame."""
 CATCHING_UP, OF_ITS_OWN, AT_MOST = 0.5, 1.1, 0.99
 """The speed of catching up: with the chirp the first share of the limit, or the second of the chirp's own highest speed
 if that is more, and at most the third of the limit: the joint overshoots, and a drive's clock need not agree with ours.
@@ -183,7 +186,7 @@ class Exciter:
         self._last = (self._last[0], 0.0)
         self.state = "aborted"
         self._left = self._hold is not None
-        self.reason = f"this node stood still for {gap:.2f} s, and with it the commands: is the machine too busy?"
+        self.reason = f"this node stood still for {gap:.2f} s, and with it the commands: {BUSY}"
 
     def _check(self, now: float, gap: float) -> None:
         """Ramp down when anything about the robot is wrong; blind when that is what it says of itself."""
@@ -217,7 +220,9 @@ class Exciter:
             if self.state == "moving_to_start":
                 self._first.add(*self._last, sample.position)
             elif why := self._following.fault(now, *self._last, sample.position):
-                self._ramp_down(why, "aborted")
+                share = self._stream.held_back
+                late = f"the joint states were too far behind, which took {100 * share:.0f} % of the efforts: {BUSY}"
+                self._ramp_down(late if share > MUCH else why, "aborted")
 
     def _unbelievable(self, now: float) -> str:
         """Why the joint states are not to be acted on any more; empty when they are."""
@@ -309,11 +314,11 @@ class Exciter:
         position, velocity = self._last
         if self.state == "idle":
             return Output(self.state, None, (), position, velocity, self._progress, self.reason)
-        stream, sample = self._stream, self._watch.feedback(now)
+        stream, sample, late = self._stream, self._watch.feedback(now), self._watch.late_s(now)
         if self.state in ("moving_to_start", "exciting"):
-            stream.follow(now, position, velocity, sample)
+            stream.follow(now, position, velocity, sample, late)
         elif self.state == "ramping_down":
-            stream.ramp_down(now, position, velocity, self._braking, sample)
+            stream.ramp_down(now, position, velocity, self._braking, sample, late)
         else:
             stream.rest(position)
         return Output(

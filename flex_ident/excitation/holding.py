@@ -136,8 +136,9 @@ class Holding:
             self._still_since = None
             self._fade(passed)
             return self._command, self._others
-        self._command = self._law.following(*reference, sample)
-        self._others = self._law.others(sample, 1.0)
+        late = self._watch.late_s(now)
+        self._command = self._law.following(*reference, sample, late)
+        self._others = self._law.others(sample, 1.0, late)
         self._look_for_rest(now, sample.position, passed)
         return self._command, self._others
 

@@ -31,6 +31,8 @@ SELDOM_S, THINNED_S = 0.02, 0.15
 """Readings have thinned out when two and more in a row, for the second time together, come each later after the one
 before than the first, and than `PERIODS` of their own periods: after a mere pause they come one upon the other. So
 long without one an effort is closed over the latest."""
+IN_TIME_S, PERIODS_IN_TIME = 0.005, 2.0
+"""How old a joint state that came in time may be when it is acted on: s, and periods of theirs where that is more."""
 LEAST_SAMPLES = 2.5
 """Joint states that a period of the highest frequency needs."""
 OTHER_CLOCK_S = 10.0
@@ -244,6 +246,14 @@ class JointStateWatch:
             return None
         alive = now - self._changed_at <= suspect_s
         return sample if alive or not self._moved_meanwhile() else None
+
+    def late_s(self, now: float) -> float:
+        """By how much older the latest joint state is than one that came in time can be, s; 0: it came in time."""
+        sample = self._sample
+        if sample is None:
+            return 0.0
+        in_time = max(IN_TIME_S, PERIODS_IN_TIME * (self._usual or self._period))
+        return max(0.0, now - sample.received + self._behind(sample) - in_time)
 
     def _behind(self, sample: JointSample) -> float:
         """By how much later a sample came than others do, s; whatever the clocks of robot and computer say."""

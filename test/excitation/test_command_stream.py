@@ -63,6 +63,32 @@ def test_what_is_safe_under_efforts_is_what_held_before() -> None:
     assert made.lease_s == LEASE_S
 
 
+@pytest.mark.parametrize("gains", [Gains(1000.0, 0.0, (30.0,), (3.0,)), Gains(1000.0, 60.0, (30.0,), (3.0,))])
+def test_an_effort_accelerates_the_less_the_faster_the_joint_is_and_brakes_with_all_it_has(gains: Gains) -> None:
+    law = CommandLaw("effort", gains, LIMITS, seen(0.0), carry=True)
+    speeds = [-2.0, -1.0, 0.0, 0.5, 1.0, 1.5, 1.98, 2.5]
+    pushes = [law.following(0.45, 1.0, replace(seen(0.0), velocity=speed)) for speed in speeds]
+    assert pushes[:2] == [LIMITS.effort] * 2
+    assert pushes == sorted(pushes, reverse=True)
+    assert pushes[-3] > 4.0
+    assert pushes[-2:] == pytest.approx([4.0, 4.0], abs=1e-9)
+    assert law.following(-0.45, -1.0, replace(seen(0.0), velocity=2.5)) == -LIMITS.effort
+
+
+def test_an_effort_without_limits_of_speed_and_effort_is_that_of_the_gains() -> None:
+    law = CommandLaw("effort", Gains(100.0, 5.0, (30.0,), (3.0,)), Limits(), seen(0.0), carry=True)
+    assert law.following(0.45, 1.0, replace(seen(0.0), velocity=3.0)) == pytest.approx(4.0 + 45.0 - 10.0)
+
+
+def test_efforts_fall_with_the_lateness_of_the_reading_they_act_on() -> None:
+    law = CommandLaw("effort", GAINS, LIMITS, seen(0.0), carry=True)
+    off = replace(seen(0.0), others=(0.6,))
+    efforts = [law.following(0.3, 0.0, off, late) for late in (0.0, 0.01, 0.05)]
+    assert efforts == pytest.approx([7.0, 4.0 + 3.0 / math.e, 4.0], abs=0.03)
+    held = [law.others(off, 1.0, late)[0] for late in (0.0, 0.01, 0.05)]
+    assert held == pytest.approx([5.0, 2.0 + 3.0 / math.e, 2.0], abs=0.03)
+
+
 def test_without_feedback_efforts_fade_and_speeds_follow_the_reference() -> None:
     made = stream("effort")
     made.follow(0.1, 2.0, 0.0, seen(0.0))

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from servo import CHIRP, LIMITS, Servo, commands_stay_inside, servo, started
+from servo import CHIRP, LIMITS, RATE_HZ, Servo, commands_stay_inside, servo, started
 
 from flex_ident.excitation import Gains, JointSample, Limits
 
@@ -161,3 +161,39 @@ def test_a_joint_under_efforts_that_is_not_seen_for_a_while_is_neither_pushed_on
     assert made.exciter.reason == ""
     assert speed < limits.velocity
     assert way < limits.position_max
+
+
+def fall_behind(made: Servo, behind_s: float, at_once_s: float = 0.2) -> list[float]:
+    """Let readings come late by that from now on, and now and then all that wait at once; the speeds, as they are made."""
+    waiting: list[JointSample] = []
+    speeds: list[float] = []
+
+    def sample(s: JointSample) -> JointSample | None:
+        waiting.append(s)
+        speeds.append(s.velocity)
+        at_once = len(speeds) % round(at_once_s * RATE_HZ) == 0
+        due = [w for w in waiting if at_once or s.received - w.stamp >= behind_s]
+        del waiting[: len(due)]
+        return replace(due[-1], received=s.received, age=s.received - due[-1].stamp) if due else None
+
+    made.sample = sample
+    return speeds
+
+
+@pytest.mark.parametrize("behind_s", [0.01, 0.02, 0.03, 0.04, 0.05])
+def test_a_joint_under_efforts_whose_readings_fall_behind_stays_below_its_speed_limit(behind_s: float) -> None:
+    made = started(interface="effort", gains=STIFF, state_timeout_s=0.6)
+    made.run(2.0)
+    assert made.exciter.state == "exciting"
+    speeds = fall_behind(made, behind_s)
+    made.run(6.0)
+    assert max(map(abs, speeds)) <= LIMITS.velocity
+
+
+def test_a_joint_whose_efforts_late_readings_hold_back_is_not_said_to_have_an_inactive_controller() -> None:
+    made = started(interface="effort", gains=STIFF, state_timeout_s=0.6)
+    made.run(2.0)
+    fall_behind(made, 0.055, at_once_s=10.0)
+    output = made.run(6.0)
+    assert output.state == "aborted"
+    assert "too far behind" in output.reason

@@ -324,8 +324,8 @@ def main() -> int:
     """Play the faults whose name holds the text that is given, all without one, and write their rows into the page."""
     text = sys.argv[1] if len(sys.argv) > 1 else ""
     plays = {name: partial(_row, name) for name in FAULTS if text in name}
-    plays |= {f"{name}, {kind}": partial(_plant_row, name, kind) for name, fault in JOINT_FAULTS.items() if text in name
-              for kind in fault.kinds}  # fmt: skip
+    plays |= {f"{name}, {kind}": partial(_plant_row, name, kind) for name, fault in JOINT_FAULTS.items()
+              for kind in fault.kinds if text in f"{name}, {kind}"}  # fmt: skip
     failed = False
     for name, play in plays.items():
         try:
