@@ -24,6 +24,7 @@ from flex_ident.parameters.effort_kinds import (
     FRICTION_COMPENSATED,
     FRICTION_KEYS,
     GRAVITY_COMPENSATED,
+    GRAVITY_REMOVED,
     JOINT_SENSOR,
     MOTOR,
     MOTOR_KEYS,
@@ -47,6 +48,15 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
         return KindFit(FRICTION_COMPENSATED, solver, fit, (Notice(Code.EFFORT_FRICTION_COMPENSATED, texts=texts),))
     if problem.rigid or kind != "auto" or any(key_named(k).effect for k in fit.free):
         return KindFit(MOTOR, solver, fit)
+    found = _found(problem, solver, fit)
+    anew = (
+        _fitted_anew(problem, solver, fit, found) if found.kind in (GRAVITY_COMPENSATED, FRICTION_COMPENSATED) else None
+    )
+    return found if anew is None else _found(problem, *anew)
+
+
+def _found(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
+    """The kind of effort that speaks for itself, against a fit with the motor's torque."""
     try:
         found = _joint_sensor(problem, solver, fit) or _friction_compensated(problem, solver, fit)
         if _holds_gravity(problem):
@@ -55,6 +65,20 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
         return with_hidden_gravity(found) if found.kind in (MOTOR, JOINT_SENSOR) else found
     except ExcitationError:  # the other kind's model runs away: it is not this one
         return KindFit(MOTOR, solver, fit)
+
+
+def _fitted_anew(problem: FitProblem, solver: SteadyFit, fit: Fit, found: KindFit) -> tuple[SteadyFit, Fit] | None:
+    """The fit with the motor's torque from where another kind's ended, where it is the better for that; else None.
+
+    A fit that has stalled loses against all that begins elsewhere, whatever the effort is.
+    """
+    values = found.fit.values.without((GRAVITY_REMOVED,))
+    values = values | {k: max(0.0, values[k]) for k in FRICTION_KEYS if k in values}
+    try:
+        own, again = refitted(problem, solver, [k for k in fit.free if k in UNITS], values, rough=True)
+    except ExcitationError:
+        return None
+    return (own, again) if gain_of(problem, own, fit, again).size > CLEARLY else None
 
 
 def _holds_gravity(problem: FitProblem) -> bool:

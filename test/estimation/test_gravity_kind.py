@@ -42,6 +42,16 @@ def test_an_absurd_weight_is_no_rival_to_gravity_in_the_effort() -> None:
         assert abs(result.parameter(key).value - plant.truth[key]) < 3.0 * result.parameter(key).std
 
 
+@pytest.mark.campaign
+def test_a_fit_that_stalls_behind_a_lag_is_not_taken_for_an_effort_less_gravity() -> None:
+    plant = made(case_of(577, 4))
+    result = identify(recording_of(plant.recorded, "motor+link"), IdentifyOptions())
+    assert result.verdict == "trusted"
+    for parameter in result.parameters:
+        if parameter.key in plant.truth:
+            assert abs(parameter.value - plant.truth[parameter.key]) < 3.0 * parameter.std, parameter
+
+
 @pytest.mark.slow
 @pytest.mark.campaign
 @pytest.mark.parametrize("index", [1, 3])

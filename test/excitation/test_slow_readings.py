@@ -164,7 +164,7 @@ def test_a_joint_under_efforts_that_is_not_seen_for_a_while_is_neither_pushed_on
 
 
 def fall_behind(made: Servo, behind_s: float, at_once_s: float = 0.2) -> list[float]:
-    """Let readings come late by that from now on, and now and then all that wait at once; the speeds, as they are made."""
+    """Let readings come late by that from now on, and now and then all at once; the speeds that come of it."""
     waiting: list[JointSample] = []
     speeds: list[float] = []
 
