@@ -1,7 +1,8 @@
 """The one reader of YAML and JSON files: plain data of bounded size and depth, or one line that says why not.
 
 Scalars are what ROS 2's parameter files mean by them: `1e-3` is a number, `100:1` and `2026-11-26` are texts. As
-there, a key stands once and there are no aliases. A file is read only when it is a regular file.
+there, a key stands once and there are no aliases. Lists may have the tag of a Python tuple, as launch_ros gives it to
+those of a launch file. A file is read only when it is a regular file.
 """
 
 from __future__ import annotations
@@ -197,7 +198,7 @@ for _tag, _pattern, _first in (
     _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", _pattern, list(_first))
 _Loader.yaml_constructors = {None: _refused}
 for _tag, _constructor in (
-    ("map", _mapping), ("seq", _sequence), ("str", _BASE.construct_scalar), ("null", lambda *_: None),
+    ("map", _mapping), ("seq", _sequence), ("python/tuple", _sequence), ("str", _BASE.construct_scalar), ("null", lambda *_: None),
     ("bool", _boolean), ("int", _integer), ("float", _float),
 ):  # fmt: skip
     _Loader.add_constructor(f"tag:yaml.org,2002:{_tag}", _constructor)

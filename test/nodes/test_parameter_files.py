@@ -11,6 +11,7 @@ pytest.importorskip("rclpy", reason="needs rclpy")
 from flex_ident.errors import ConfigurationError
 from flex_ident.nodes import chirp_exciter, identifier, simulated_joint
 from flex_ident.nodes.parameter_files import parameter_files, section_applies, sections_in
+from flex_ident.parameters.documents import yaml_document
 
 pytestmark = pytest.mark.ros
 MAINS = {"chirp_exciter": chirp_exciter.main, "identifier": identifier.main, "simulated_joint": simulated_joint.main}
@@ -53,6 +54,18 @@ def test_what_is_ambiguous_is_refused(text: str, why: str, tmp_path: Path) -> No
     file.write_text(text)
     with pytest.raises(ConfigurationError, match=why):
         sections_in(file)
+
+
+def test_the_files_that_a_launch_file_makes_are_read(tmp_path: Path) -> None:
+    """As launch_ros writes them for a Node's own parameters, its lists as tuples."""
+    file = tmp_path / "launch_params_jbwp6i48"
+    file.write_text(
+        "/**:\n  ros__parameters:\n    bag_directories: !!python/tuple\n    - recordings\n    joint: joint_2\n"
+        "    topics: !!python/tuple []\n"
+    )
+    assert sections_in(file) == ["/**"]
+    found = yaml_document(file)["/**"]["ros__parameters"]
+    assert found == {"bag_directories": ["recordings"], "joint": "joint_2", "topics": []}
 
 
 def test_the_files_on_the_command_line() -> None:
