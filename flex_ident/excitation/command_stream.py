@@ -51,7 +51,7 @@ class CommandStream:
         `late`, s: by how much older the sample is than it usually is.
         """
         law = self.law
-        self._look(sample)
+        self._look(now, sample)
         self._accelerate(now, velocity)
         if law.interface == "effort":
             weight = min(1.0, max(0.0, now - self._at) / HELD_BACK_S)
@@ -81,7 +81,7 @@ class CommandStream:
     ) -> None:
         """Brake along a reference, rad and rad/s; without a sample no faster than that, and efforts fade."""
         law = self.law
-        self._look(sample)
+        self._look(now, sample)
         self._accelerate(now, velocity)
         if law.interface == "position":
             self.command = law.following(position, velocity, sample)
@@ -103,10 +103,11 @@ class CommandStream:
         self.command = law.limits.held(position) if law.interface == "position" else law.rest
         self.others = law.others(None, 0.0)
 
-    def _look(self, sample: JointSample | None) -> None:
+    def _look(self, now: float, sample: JointSample | None) -> None:
         self.seen = None if sample is None else sample.position
         if sample is not None and math.isfinite(sample.velocity):
             self._speed = sample.velocity
+            self.law.agility.observe(now, sample.stamp, sample.velocity, self.command - self.law.rest)
 
     def _accelerate(self, now: float, velocity: float) -> None:
         """Take the reference's speed, rad/s."""
@@ -145,11 +146,15 @@ class CommandStream:
         return min(LEASE_S, max(SHORTEST_LEASE_S, LEASE_SHARE * room / abs(speed)))
 
     def _until_fast(self, speed: float) -> float:
-        """How long it may go on to accelerate as the reference does, s."""
-        if self._acceleration == 0.0:
+        """How long it may go on to accelerate as the reference does, or as the effort has it, s."""
+        pushed = self.law.agility.per_effort * (self.command - self.law.rest)
+        return min(self._until_limit(speed, acceleration) for acceleration in (self._acceleration, pushed))
+
+    def _until_limit(self, speed: float, acceleration: float) -> float:
+        if acceleration == 0.0:
             return LEASE_S
-        room = self.law.limits.velocity - math.copysign(speed, speed * self._acceleration)
-        return min(LEASE_S, max(SHORTEST_OF_EFFORT_S, LEASE_SHARE * room / abs(self._acceleration)))
+        room = self.law.limits.velocity - math.copysign(speed, speed * acceleration)
+        return min(LEASE_S, max(SHORTEST_OF_EFFORT_S, LEASE_SHARE * room / abs(acceleration)))
 
 
 def _between(value: float, bound: float) -> float:

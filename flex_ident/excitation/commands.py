@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from flex_ident.errors import ConfigurationError
+from flex_ident.excitation.agility import Agility
 from flex_ident.excitation.joint_states import JointSample
 from flex_ident.excitation.limits import Limits
 
@@ -16,6 +17,9 @@ SLOWEST_GAIN = 1.0
 """Near a bound of the position the speed towards it falls with the distance by this gain, 1/s, at least."""
 FASTEST = 0.99
 """Share of the speed limit at which no effort accelerates a joint any more."""
+STANDS_S = 0.025
+"""Time for which an effort may stand without carrying the joint past its speed limit: what the guard allows at least,
+and a little."""
 OLD_S = 0.01
 """Time constant with which efforts beyond those at rest fall with the lateness of the reading that they act on."""
 
@@ -68,6 +72,7 @@ class CommandLaw:
             )
         self._base = _finite(start.effort) if carry else 0.0
         self._others_base = tuple(_finite(e) if carry else 0.0 for e in start.others_effort) or (0.0,) * n
+        self.agility = Agility()
         self._others_limits = others_effort if len(others_effort) == n else (math.inf,) * n
 
     @property
@@ -101,7 +106,8 @@ class CommandLaw:
         """An effort beyond that at rest, N m, that falls with the speed it accelerates, to none at the speed limit.
 
         It falls as the velocity gain has it, or from the effort limit at rest where that is steeper: a reference that
-        is far ahead then asks for no speed that is not allowed. What brakes is not bounded.
+        is far ahead then asks for no speed that is not allowed. Nor may it stand for less than `STANDS_S` until the
+        joint has that speed, once it is known how fast efforts make it. What brakes is not bounded.
         """
         if wanted == 0.0:
             return wanted
@@ -110,6 +116,7 @@ class CommandLaw:
         if room <= 0.0:
             return 0.0
         steepest = max(self.gains.velocity, limits.effort / limits.velocity if math.isfinite(limits.velocity) else 0.0)
+        steepest = min(steepest, 1.0 / (STANDS_S * self.agility.per_effort)) if self.agility.per_effort else steepest
         most = steepest * room
         return math.copysign(min(abs(wanted), most), wanted) if math.isfinite(most) else wanted
 

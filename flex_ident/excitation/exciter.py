@@ -220,9 +220,16 @@ class Exciter:
             if self.state == "moving_to_start":
                 self._first.add(*self._last, sample.position)
             elif why := self._following.fault(now, *self._last, sample.position):
-                share = self._stream.held_back
-                late = f"the joint states were too far behind, which took {100 * share:.0f} % of the efforts: {BUSY}"
-                self._ramp_down(late if share > MUCH else why, "aborted")
+                self._ramp_down(self._why_not_following(why), "aborted")
+
+    def _why_not_following(self, why: str) -> str:
+        """Why the joint does not follow: efforts that are weak, or held back as readings are late, let it stand as well."""
+        if self.settings.interface != "effort":
+            return why
+        share = self._stream.held_back
+        if share > MUCH:
+            return f"the joint states were too far behind, which took {100 * share:.0f} % of the efforts: {BUSY}"
+        return f"{why} Or are the gains too weak for its friction?"
 
     def _unbelievable(self, now: float) -> str:
         """Why the joint states are not to be acted on any more; empty when they are."""

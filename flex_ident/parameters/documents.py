@@ -198,7 +198,7 @@ for _tag, _pattern, _first in (
     _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", _pattern, list(_first))
 _Loader.yaml_constructors = {None: _refused}
 for _tag, _constructor in (
-    ("map", _mapping), ("seq", _sequence), ("python/tuple", _sequence), ("str", _BASE.construct_scalar), ("null", lambda *_: None),
-    ("bool", _boolean), ("int", _integer), ("float", _float),
+    ("map", _mapping), ("seq", _sequence), ("python/tuple", _sequence), ("str", _BASE.construct_scalar),
+    ("null", lambda *_: None), ("bool", _boolean), ("int", _integer), ("float", _float),
 ):  # fmt: skip
     _Loader.add_constructor(f"tag:yaml.org,2002:{_tag}", _constructor)

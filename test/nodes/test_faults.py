@@ -26,7 +26,8 @@ def test_fault(name: str, tmp_path: Path) -> None:
     assert "Traceback" not in said
     if fault.recorded:
         assert found.lost_s is not None
-        assert found.lost_s < 1.0, found
+        # Joint states may end with the fault, references go on until the joint stands: what came before is in the bag.
+        assert found.lost_s < 0.5 + (found.seconds_to_stop or 0.5), found
     elif fault.recorded is False:
         assert found.lost_s is None, found
         assert found.largest == 0.0, "something was commanded"
