@@ -65,6 +65,7 @@ from flex_ident.parameters.effort_kinds import (
 )  # fmt: skip
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats, Recording
+from flex_ident.recording.by_position import refuse_by_position
 from flex_ident.recording.signs import brakes, refuse_unsigned
 from flex_ident.recording.stillness import refuse_held
 from flex_ident.regression import identify_linear
@@ -133,8 +134,10 @@ def identify(
 
 
 def refuse_unusable(recording: Recording, effort_kind: str = "auto") -> None:
-    """Raises ExcitationError where the joint is held, and SignalError where the effort has lost its sign."""
+    """Raises ExcitationError where the joint is held or its effort follows the position alone, and SignalError where
+    the effort has lost its sign."""
     refuse_held(recording.joint, recording.motor_position)
+    refuse_by_position(recording)
     if effort_kind == "auto":
         refuse_unsigned(recording)
 

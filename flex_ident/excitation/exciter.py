@@ -223,7 +223,7 @@ class Exciter:
                 self._ramp_down(self._why_not_following(why), "aborted")
 
     def _why_not_following(self, why: str) -> str:
-        """Why the joint does not follow: efforts that are weak, or held back as readings are late, let it stand as well."""
+        """Why the joint does not follow: weak efforts, or late readings that hold them back, let it stand as well."""
         if self.settings.interface != "effort":
             return why
         share = self._stream.held_back

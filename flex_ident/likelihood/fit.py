@@ -194,6 +194,10 @@ class SimulationFit:
             lower[i] = packed(key, low, scale[i]) if np.isfinite(low) else low
             upper[i] = packed(key, high, scale[i]) if np.isfinite(high) else high
             x0[i] = np.clip(packed(key, values.get(key, 0.0), scale[i]), lower[i], upper[i])
+        if not any(rows.size for rows in self.rows(whitenings)):
+            raise ExcitationError(
+                "the motor never moves for long enough without standing still: record a motion that goes on, a chirp."
+            )
         if not np.isfinite(self.whitened_residual(unpacked(x0), whitenings)).all():
             raise ExcitationError("the simulation of the starting model runs away: give --first-mode or --model.")
         x, rest, slope, converged = bounded_minimum(
