@@ -29,6 +29,7 @@ from flex_ident.estimation.thresholds import (
     WIDE_HZ,
 )
 from flex_ident.estimation.unseen_effects import unseen_covariance, unseen_stds
+from flex_ident.estimation.unseen_of_rigid import gear_covariance
 from flex_ident.estimation.unseen_spring import spring_shift
 from flex_ident.filtering.band import excited_band_hz
 from flex_ident.filtering.frequency_response import first_mode
@@ -241,8 +242,8 @@ def estimate_of(solver: SteadyFit, fit: Fit, *, prismatic: bool = False) -> Esti
     if bent is not None:
         joined = replace(joined, covariance=joined.covariance + bent)
         eccentric = dict(zip(fit.free, map(float, np.sqrt(np.maximum(np.diag(bent), 0.0))), strict=True))
-    cut = cut_covariance(solver, fit)
-    joined = replace(joined, covariance=joined.covariance + cut)
+    cut, lost = cut_covariance(solver, fit), gear_covariance(solver, fit)
+    joined = replace(joined, covariance=joined.covariance + cut + (0.0 if lost is None else lost))
     joined = joined.beside(None if other is None else other.shift)
     matter = material(fit, ends, plain)
     if left.link is not None and left.link.structured and not left.structured(left.gap):
