@@ -24,7 +24,7 @@ from flex_ident.simulation.terms import GRAVITY
 LOST = 0.02
 """Share of the transmitted torque that a gear may lose, one standard deviation. Set by hand: harmonic drives lose 5 %
 and less beside their friction without load, worm gears more."""
-MODE_HZ = 8.0
+MODE_HZ = 6.0
 """Frequency at which all of the inertia would swing behind the compliance of one standard deviation. Set by hand, for
 arms of robots. What the first order has above it is damped."""
 
@@ -36,7 +36,8 @@ def gear_covariance(solver: SteadyFit, fit: Fit) -> Floats | None:
         return None
     position, inertia = problem.motion.position, values["J"]
     mx, my = GRAVITY * values.get("MX", 0.0), GRAVITY * values.get("MY", 0.0)
-    torque = inertia * problem.motion.acceleration + mx * np.cos(position) + my * np.sin(position)
+    weight = mx * np.cos(position) + my * np.sin(position)
+    torque = inertia * problem.motion.acceleration + weight
     slope = my * np.cos(position) - mx * np.sin(position)
     lost = problem.reduced(LOST * np.abs(torque) * problem.friction_share(problem.terms(values)))
 
@@ -45,7 +46,9 @@ def gear_covariance(solver: SteadyFit, fit: Fit) -> Floats | None:
     def twice(omega: Floats) -> Complexes:
         return np.asarray(-(omega**2) / (1.0 + (omega / natural) ** 2), complex)
 
-    sagging = inertia * problem.reduced_through(torque, twice) + problem.reduced(slope * torque)
-    sagging /= inertia * natural**2
-    columns = np.column_stack([solver.whitened((change,), fit.whitenings) for change in (-lost, sagging)])
+    # Apart, as how much of the inertia is behind the compliance is not known.
+    sagging = problem.reduced(slope * weight) / inertia / natural**2
+    swinging = problem.reduced_through(torque, twice) + problem.reduced(slope * (torque - weight)) / inertia
+    swinging /= natural**2
+    columns = np.column_stack([solver.whitened((change,), fit.whitenings) for change in (-lost, sagging, swinging)])
     return opened_by(fit, columns) if np.isfinite(columns).all() else None
