@@ -356,8 +356,8 @@ class Code(StrEnum):
     )  # fmt: skip
     GRAVITY_TAKEN_ALONE = (
         "gravity_taken_alone", "info",
-        "MX and MY hold where nothing but gravity pulls on the link: over the range that was moved a cable, a hose or "
-        "a balancing spring cannot be told from it.",
+        "MX, MY and offset hold where nothing but gravity pulls on the link: over the range that was moved a cable, a "
+        "hose, a balancing spring or a torque that repeats twice a turn cannot be told from it.",
         "Move over a larger range (chirp.profile: rich); with a spring or a cable on the link, run explain_gap --add "
         "cable_torque.",
     )  # fmt: skip

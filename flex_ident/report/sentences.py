@@ -338,9 +338,9 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
         "{moved_percent:+.2g} % ({moved_stds:.0f} standard deviations), and the motor alone does not tell.",
     },
     Code.GRAVITY_TAKEN_ALONE: (
-        "{subject} holds where nothing but gravity pulls on the link: a cable or a spring of a tenth of its slope "
-        "would move {subject} by {moved_percent:.2g} % ({moved_stds:.0f} standard deviations), and over this range "
-        "nothing tells them apart."
+        "gravity and offset hold where nothing else pulls on the link: a cable or a spring of a tenth of its slope, or "
+        "half as much torque twice a turn, would move {subject} by {moved_percent:.2g} % ({moved_stds:.0f} standard "
+        "deviations) and the rest with it, and over this range nothing tells them apart."
     ),
     Code.ENCODER_TAKEN_AS_TRUE: (
         "{subject} holds as far as the link's encoder is true over its turn: an error of 0.1 mrad once or twice a "
