@@ -37,6 +37,8 @@ def test_errors_are_what_the_intervals_say(results: list[Identification]) -> Non
 
 
 def test_no_interval_has_a_floor_that_the_data_do_not_give(results: list[Identification]) -> None:
-    """A longer or cleaner recording must be able to say more: the moments are known to less than was once added."""
+    """A longer or cleaner recording must be able to say more: the moments are known to less than was once added.
+
+    But for what a gear that yields a little would do to them."""
     for result in results:
-        assert result.parameter("MX").relative_std_percent < 0.1
+        assert result.parameter("MX").relative_std_percent < 0.2
