@@ -137,7 +137,8 @@ def refuse_unusable(recording: Recording, effort_kind: str = "auto") -> None:
     """Raises ExcitationError where the joint is held or its effort follows the position alone, and SignalError where
     the effort has lost its sign."""
     refuse_held(recording.joint, recording.motor_position)
-    refuse_by_position(recording)
+    if effort_kind != JOINT_SENSOR:  # behind the gear little friction is left to tell
+        refuse_by_position(recording)
     if effort_kind == "auto":
         refuse_unsigned(recording)
 

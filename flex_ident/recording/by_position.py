@@ -29,7 +29,8 @@ def refuse_by_position(recording: Recording) -> None:
         raise ExcitationError(
             f"the effort of joint {recording.joint} follows its position alone, to {100.0 * left:.2g} %, and holds no "
             "friction and no inertia: it was moved by hand or by something else, while a controller's model of gravity "
-            "held it. Record it while its own motor moves it, and the effort that the motor gives."
+            "held it. Record it while its own motor moves it, and the effort that the motor gives; if it is that of a "
+            "torque sensor behind the gear, say --effort-kind joint_sensor."
         )
 
 
