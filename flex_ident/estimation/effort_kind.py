@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from flex_ident.effects import key_named
@@ -12,8 +15,16 @@ from flex_ident.estimation.hidden_gravity import with_hidden_gravity
 from flex_ident.estimation.kind_fit import ROUNDS, KindFit, refitted
 from flex_ident.estimation.kind_gain import gain_of
 from flex_ident.estimation.kind_priors import friction_keys, friction_priors
-from flex_ident.estimation.thresholds import AS_LIKELY, CLEARLY, NO_FRICTION, NO_INERTIA, NO_TORQUE, SEEN
-from flex_ident.likelihood.covariance import uncertainty_of
+from flex_ident.estimation.thresholds import (
+    AS_LIKELY,
+    CLEARLY,
+    MOST_WITH_LINK,
+    NO_FRICTION,
+    NO_INERTIA,
+    NO_TORQUE,
+    SEEN,
+)  # fmt: skip
+from flex_ident.likelihood.covariance import Uncertainty, uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.remainder import remainder
@@ -52,7 +63,8 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
     anew = (
         _fitted_anew(problem, solver, fit, found) if found.kind in (GRAVITY_COMPENSATED, FRICTION_COMPENSATED) else None
     )
-    return found if anew is None else _found(problem, *anew)
+    found = found if anew is None else _found(problem, *anew)
+    return replace(found, frictionless=found.kind == MOTOR and hardly_rubs(problem, found.fit))
 
 
 def _found(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
@@ -86,6 +98,28 @@ def _holds_gravity(problem: FitProblem) -> bool:
     return any(n.code is Code.URDF_GRAVITY and n.case == "held" for n in problem.recording.notices)
 
 
+def _drives(problem: FitProblem, fit: Fit, known: Uncertainty) -> bool:
+    """Whether the motor's friction drives it on the whole, at its rms speed: none does, whatever its law."""
+    speeds = np.array([_rms_speed(problem), 1.0])
+    rows = [fit.free.index(key) for key in FRICTION_KEYS]
+    std = math.sqrt(float(speeds @ known.covariance[np.ix_(rows, rows)] @ speeds))
+    return float(speeds @ fit.values.vector(FRICTION_KEYS)) < -SEEN * std
+
+
+def hardly_rubs(problem: FitProblem, fit: Fit) -> bool:
+    """Whether the motor's side rubs less than the link's at its rms speed: seals, bearings and a gear's first stage are
+    on the motor's side and reflected, so that a controller that adds what friction takes is as likely as none."""
+    if not all(key in fit.values for key in (*FRICTION_KEYS, "FV", "FS")):
+        return False
+    speed, values, known = _rms_speed(problem), fit.values, uncertainty_of(fit, problem.rate_hz)
+    seen = any(key in fit.free and values[key] > SEEN * known.std(key) for key in ("FV", "FS"))
+    return seen and values["FVm"] * speed + values["FSm"] < values["FV"] * speed + values["FS"]
+
+
+def _rms_speed(problem: FitProblem) -> float:
+    return float(np.std(problem.motion.velocity))
+
+
 def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit | None:
     """The fit without the motor's side, where that is negligible and nothing is lost; else None."""
     values, known = fit.values, uncertainty_of(fit, problem.rate_hz)
@@ -93,7 +127,7 @@ def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit |
     inertia = values["Jm"] + 2.0 * std["Jm"]
     if inertia > NO_INERTIA * values["JL"]:
         return None
-    speed = float(np.std(problem.motion.velocity))
+    speed = _rms_speed(problem)
     torque = float(np.std(problem.torque[problem.usable]))
     link = values.get("FV", 0.0) * speed + values.get("FS", 0.0)
     if values.get("FVm", 0.0) * speed + values.get("FSm", 0.0) > max(NO_FRICTION * link, NO_TORQUE * torque):
@@ -124,7 +158,8 @@ def _friction_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> K
     gain, known, left = gain_of(problem, own, fit, found), uncertainty_of(found, problem.rate_hz), remainder(own, found)
     negative = any(found.values[k] < -SEEN * known.std(k) for k in FRICTION_KEYS)
     explains = left.evidence != "none" and not left.structured(left.gap)
-    if gain.size < CLEARLY or not negative or not explains:
+    drives = gain.share > MOST_WITH_LINK and _drives(problem, found, known)
+    if gain.size < CLEARLY or not (drives or (negative and explains)):
         return None
     notice = Notice(Code.EFFORT_FRICTION_COMPENSATED, "motor_torque", {"gain": gain.size}, {"case": "found"})
     return KindFit(FRICTION_COMPENSATED, own, found, (notice,))

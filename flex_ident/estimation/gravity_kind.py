@@ -9,8 +9,8 @@ import numpy as np
 
 from flex_ident.errors import ExcitationError
 from flex_ident.estimation.kind_fit import KindFit, gravity_slope, refitted
-from flex_ident.estimation.kind_gain import Gain, gain_of, linear_gain
-from flex_ident.estimation.kind_priors import largest_moment
+from flex_ident.estimation.kind_gain import Gain, gain_of, linear_gain, shown_moment
+from flex_ident.estimation.kind_priors import largest_moment, removed_prior
 from flex_ident.estimation.thresholds import CLEARLY, FAR, HEAVIEST, HEAVIEST_BY_FAR, MOST_WITH_LINK, SEEN, SHOWN
 from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit, Prior
@@ -26,6 +26,7 @@ from flex_ident.simulation.terms import GRAVITY
 GRAVITY_SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
 """First moments times g that are tried, over the stiffness of the joint."""
 GRAVITY_ANGLES = 8
+LINK_SCALE = "link_scale"
 
 
 def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
@@ -36,11 +37,15 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
     usual = 0.5 * largest_moment(fit.values["JL"])
     # Over a wide range the effort of a controller that adds gravity shows a little of it, to second order in its
     # stiffness: a first-order step from there says nothing.
-    shows = math.hypot(*(fit.values[k] for k in GRAVITY_KEYS)) > SHOWN * usual
-    if shows and linear_gain(problem, solver, fit) < -FAR:
+    shows = shown_moment(problem, fit) > SHOWN * usual
+    # Nor does it where the encoder's scale, as far from 1 as it may be, stands for what the effort does not hold.
+    strained = LINK_SCALE in fit.at_bound
+    if shows and not strained and linear_gain(problem, solver, fit) < -FAR:
         return motor
     keys = [k for k in fit.free if k in UNITS]
     moments = {k: Prior(0.0, usual, -math.inf, math.inf) for k in GRAVITY_KEYS}
+    if problem.link is not None:  # it shows how much of the link's gravity the effort holds
+        moments[GRAVITY_REMOVED] = removed_prior()
     tried: list[tuple[Gain, SteadyFit, Fit]] = []
     for start in _gravity_starts(problem, solver, fit, usual):
         try:
@@ -59,9 +64,10 @@ def gravity_compensated(problem: FitProblem, solver: SteadyFit, fit: Fit) -> Kin
             again = refitted(problem, solver, keys, found.values, rough=True, moments=moments)
         except ExcitationError:
             again = own, found
-        better = gain_of(problem, own, fit, again[1])
-        likelier = unlikely(fit.values, usual) - unlikely(again[1].values, usual)
-        if better.size + likelier > gain.size:
+        step = gain_of(problem, own, found, again[1]).size  # of the two at one noise
+        if step + unlikely(found.values, usual) - unlikely(again[1].values, usual) > 0.0:
+            better = gain_of(problem, own, fit, again[1])
+            likelier = unlikely(fit.values, usual) - unlikely(again[1].values, usual)
             gain, own, found = replace(better, size=better.size + likelier), *again
             tried[0] = (gain, own, found)
     alike = [f for g, _, f in tried if g.size > gain.size - CLEARLY]
@@ -101,6 +107,8 @@ def _gravity_starts(problem: FitProblem, solver: SteadyFit, fit: Fit, usual: flo
     along which gravity is open, with K and JL following. Only what is of second order in k, or a link encoder, tells.
     """
     values, here = fit.values, float(np.mean(problem.motion.position))
+    if LINK_SCALE in fit.at_bound:
+        values = values | {LINK_SCALE: 0.0}
     many = [values | {GRAVITY_REMOVED: 1.0}]
     for size in GRAVITY_SIZES:
         for angle in np.arange(GRAVITY_ANGLES) * 2.0 * math.pi / GRAVITY_ANGLES:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flex_ident.estimation.kind_fit import KindFit
-from flex_ident.estimation.kind_gain import removed_gravity
+from flex_ident.estimation.kind_gain import removed_gravity, shown_moment
 from flex_ident.estimation.kind_priors import largest_moment
 from flex_ident.estimation.thresholds import LEFT_OVER
 from flex_ident.likelihood.comparison import correlation_factor
@@ -30,7 +30,7 @@ def with_hidden_gravity(found: KindFit) -> KindFit:
     if not all(key in names for key in ("K", *GRAVITY_KEYS)):
         return found
     usual = 0.5 * largest_moment(fit.values["JL"])
-    if math.hypot(*(fit.values[k] for k in GRAVITY_KEYS)) > LEFT_OVER * usual:
+    if shown_moment(problem, fit) > LEFT_OVER * usual:
         return found
     jacobian, prior = fit.jacobian[:, inside], fit.prior_information[np.ix_(inside, inside)]
     removed = removed_gravity(problem, found.solver, fit)

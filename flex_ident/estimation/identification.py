@@ -338,6 +338,8 @@ def identification_of(
             case = {"case": "sensor"} if estimate.kind.kind == JOINT_SENSOR else {}
             notices.insert(0, Notice(code, "motor_torque", texts=case))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
+        if estimate.kind.frictionless:
+            notices.insert(0, Notice(Code.EFFORT_KIND_OPEN, "motor_torque", texts={"case": "friction"}))
     placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
     notices += [rigid_link] if rigid_link is not None else []

@@ -16,9 +16,10 @@ from flex_ident.likelihood.fit import Fit, Prior, SimulationFit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
 from flex_ident.notices import Notice
-from flex_ident.parameters import UNITS, Parameter
+from flex_ident.parameters import GRAVITY_KEYS, UNITS, Parameter
 from flex_ident.parameters.effort_kinds import (
     FRICTION_COMPENSATED,
+    FRICTION_REMOVED,
     GRAVITY_COMPENSATED,
     JOINT_SENSOR,
     MOTOR_KEYS,
@@ -29,6 +30,8 @@ from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY
 
+USUAL_ADDED = 0.3
+"""Share of the torque, rms, that viscous friction usually takes. Set by hand."""
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((12, 1e-4), (10, 1e-6))
 
@@ -51,6 +54,8 @@ class KindFit:
     """Whether the rival leaves a parameter of the joint open beyond the interval that it has without it."""
     matters: bool = False
     """Whether the joint's parameters are poorly known for that."""
+    frictionless: bool = False
+    """Whether the motor's side rubs so little that a controller may add what its friction takes."""
 
     @property
     def absent(self) -> tuple[Parameter, ...]:
@@ -58,7 +63,7 @@ class KindFit:
         keys: tuple[str, ...] = ()
         if self.kind == JOINT_SENSOR and not self.fit.values.get("J"):
             keys = MOTOR_KEYS
-        if self.kind == FRICTION_COMPENSATED:
+        if self.kind == FRICTION_COMPENSATED or self.frictionless:
             keys = friction_keys(rigid="J" in self.fit.values)
         return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in keys)
 
@@ -79,7 +84,8 @@ class KindFit:
             return self
         assert self.open is not None
         moved = zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
-        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in ESSENTIAL]
+        asked = (*ESSENTIAL, *GRAVITY_KEYS)
+        sizes = [float(d) / max(uncertainty.std(k), 1e-300) for k, d in moved if k in asked]
         weak = any(
             float(np.hypot(d, uncertainty.std(k))) > 0.01 * WEAK_PERCENT * abs(self.fit.values[k])
             for k, d in zip(self.fit.free, np.sqrt(self.rival**2 + np.diag(self.open)), strict=True)
@@ -90,8 +96,9 @@ class KindFit:
     def joined(self, uncertainty: Uncertainty) -> Uncertainty:
         """The uncertainty joined with what the rival would move.
 
-        Of an effort less gravity also with what the controller's clock leaves open: gravity taken at a position that is
-        up to a sample older or newer than the torque looks like viscous friction of the motor.
+        Of an effort less what the controller adds also with what its clock leaves open: gravity taken at a position
+        that is up to a sample older or newer than the torque looks like viscous friction of the motor, and viscous
+        friction taken at such a speed like inertia.
         """
         if self.kind == GRAVITY_COMPENSATED and "FVm" in self.fit.free:
             problem, at = self.solver.problem, self.fit.free.index("FVm")
@@ -99,10 +106,26 @@ class KindFit:
             covariance = uncertainty.covariance.copy()
             covariance[at, at] += (slope * problem.recording.sample_time) ** 2
             uncertainty = replace(uncertainty, covariance=covariance)
+        inertia = next((key for key in ("Jm", "J") if key in self.fit.free), None)
+        if inertia is not None and (self.kind == FRICTION_COMPENSATED or self.frictionless):
+            covariance = uncertainty.covariance.copy()
+            at = self.fit.free.index(inertia)
+            covariance[at, at] += (self._viscous_added(uncertainty) * self.solver.problem.recording.sample_time) ** 2
+            uncertainty = replace(uncertainty, covariance=covariance)
         if self.rival is None or self.open is None:
             return uncertainty
         joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
         return replace(uncertainty, covariance=joined)
+
+    def _viscous_added(self, uncertainty: Uncertainty) -> float:
+        """Viscous friction that the controller may add, N m s/rad: at the rms speed as much as the dry friction that
+        it is seen to add, or a share of the torque where that is not seen."""
+        problem = self.solver.problem
+        torque, speed = float(np.std(problem.torque[problem.usable])), float(np.std(problem.motion.velocity))
+        dry = USUAL_ADDED * torque
+        if FRICTION_REMOVED in self.fit.free and uncertainty.std(FRICTION_REMOVED) < self.fit.values[FRICTION_REMOVED]:
+            dry = self.fit.values[FRICTION_REMOVED]
+        return dry / max(speed, 1e-300)
 
 
 def refitted(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from flex_ident.likelihood.comparison import correlation_factor
+from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
@@ -58,6 +60,24 @@ def removed_gravity(problem: FitProblem, solver: SteadyFit, fit: Fit) -> list[Fl
         solver.whitened((GRAVITY * problem.reduced(shape, delay=late), *nothing), fit.whitenings)
         for shape in (np.cos(position), np.sin(position))
     ]
+
+
+def shown_moment(problem: FitProblem, fit: Fit) -> float:
+    """The first moment, kg m, that the effort shows: by what holds the link at the mean position, any offset included,
+    and by how that changes with the angle, each less two standard deviations.
+
+    Over a small range gravity's bend alone tells a weight to the side from an offset, and what is a thousandth of the
+    torque bends as much.
+    """
+    here, keys = float(np.mean(problem.motion.position)), [*GRAVITY_KEYS, "offset"]
+    cosine, sine = math.cos(here), math.sin(here)
+    ways = np.array([[cosine, sine, 1.0 / GRAVITY], [-sine, cosine, 0.0]])
+    free = [i for i, key in enumerate(keys) if key in fit.free]
+    rows = [fit.free.index(keys[i]) for i in free]
+    known = uncertainty_of(fit, problem.rate_hz).covariance[np.ix_(rows, rows)]
+    std = np.sqrt(np.einsum("ij,jk,ik->i", ways[:, free], known, ways[:, free]))
+    sizes = np.abs(ways @ [fit.values.get(key, 0.0) for key in keys]) - 2.0 * std
+    return float(np.linalg.norm(np.maximum(sizes, 0.0)))
 
 
 def linear_gain(problem: FitProblem, solver: SteadyFit, fit: Fit) -> float:

@@ -20,6 +20,8 @@ from flex_ident.parameters.effort_kinds import (
     CURRENT,
     FRICTION_COMPENSATED,
     FRICTION_KEYS,
+    FRICTION_REMOVED,
+    FRICTION_REMOVED_SPEED,
     GRAVITY_COMPENSATED,
     GRAVITY_REMOVED,
     MOTOR,
@@ -33,6 +35,9 @@ from flex_ident.screening.sketching import effects_in
 REMOVED, MOST_OFF = 0.1, 1.0
 """Share of the gravity that a controller adds by which its model is off, one standard deviation and at most. Set by
 hand: masses by a manufacturer are known to some per cent, a tool that nobody entered weighs some more."""
+SMOOTH, FIRST_ADDED = 0.1, 0.1
+"""Speed at which a controller's dry friction turns over, over the rms speed, one standard deviation; and where its
+size starts, over the rms torque. Set by hand."""
 
 
 def friction_keys(*, rigid: bool) -> tuple[str, ...]:
@@ -41,10 +46,19 @@ def friction_keys(*, rigid: bool) -> tuple[str, ...]:
 
 
 def friction_priors(problem: FitProblem) -> dict[str, Prior]:
-    """What may be left of the motor's friction where the controller adds it: of either sign, no larger than torque."""
+    """What may be left of the motor's friction where the controller adds it: of either sign, no larger than torque; and
+    how the controller's turns over, smoothly, at a speed that is not the motor's."""
     torque, speed = float(np.std(problem.torque)), float(np.std(problem.motion.velocity)) or 1.0
     sizes = zip(friction_keys(rigid=problem.rigid), (torque / speed, torque), strict=True)
-    return {key: Prior(0.0, size, -math.inf, math.inf) for key, size in sizes}
+    left = {key: Prior(0.0, size, -math.inf, math.inf) for key, size in sizes}
+    added = Prior(0.0, torque, 0.0, math.inf, start=FIRST_ADDED * torque)
+    smooth = Prior(0.0, SMOOTH * speed, 1e-3 * SMOOTH * speed, speed, start=0.3 * SMOOTH * speed)
+    return {**left, FRICTION_REMOVED: added, FRICTION_REMOVED_SPEED: smooth}
+
+
+def removed_prior() -> Prior:
+    """The share of gravity that a controller takes off the effort."""
+    return Prior(1.0, REMOVED, 1.0 - MOST_OFF, 1.0 + MOST_OFF, start=1.0)
 
 
 def largest_moment(inertia: float) -> float:
@@ -63,7 +77,7 @@ def base_priors(
     """What is estimated beside the base `keys` under a kind of effort, with what is known of it beforehand."""
     priors = kept_priors(model_priors(problem, effects_in(keys), late_samples=late_samples), keys)
     if kind == GRAVITY_COMPENSATED and not problem.rigid:
-        priors[GRAVITY_REMOVED] = Prior(1.0, REMOVED, 1.0 - MOST_OFF, 1.0 + MOST_OFF, start=1.0)
+        priors[GRAVITY_REMOVED] = removed_prior()
     return {**priors, **friction_priors(problem)} if kind == FRICTION_COMPENSATED else priors
 
 

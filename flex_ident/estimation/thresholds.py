@@ -94,7 +94,7 @@ LINK_REVERSAL_ERROR, LINK_REVERSAL_SEEN = 0.001, 0.0004
 (`TURNOVER_SPEEDS`). With 0.0015 and 0.001 errors of FS were 0.7 of their standard deviations in 22 results of the motor
 alone and in 20 with both encoders (seed 481), those of FV 0.65 and 0.57; with these they would be 0.76, 0.88, 0.69 and
 0.71."""
-TURNOVER_SPEEDS = (0.003, 0.01, 0.03, 0.1)
+TURNOVER_SPEEDS = (0.001, 0.003, 0.01, 0.03, 0.1)
 """Speeds at which the link's dry friction may turn over, over the link's rms speed. FV or FS of six trusted results of
 seeds 251 and 461 were 3 to 6 standard deviations off without, all of joints whose friction is a tanh of speed: five are
 within 2 with it, and the intervals of twelve joints with Coulomb friction stay within 12 % of what they were."""

@@ -18,7 +18,7 @@ from flex_ident.likelihood.covariance import uncertainty_of
 from flex_ident.likelihood.fit import Fit
 from flex_ident.likelihood.problem import FitProblem
 from flex_ident.likelihood.steady import SteadyFit
-from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
+from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED, REMOVED_KEYS
 from flex_ident.parameters.parameter import FAR_MODE
 from flex_ident.parameters.values import Values
 from flex_ident.screening.sketching import known_beforehand
@@ -74,8 +74,8 @@ def _whole(problem: FitProblem, options: GapOptions) -> KindFit:
 
 
 def _given(key: str) -> bool:
-    """Whether it is part of the model and no key of the joint: where a curve's points lie, gravity taken off."""
-    return key == GRAVITY_REMOVED or is_fixed(key)
+    """Whether it is part of the model and no key of the joint: where a curve's points lie, what is taken off."""
+    return key in REMOVED_KEYS or is_fixed(key)
 
 
 def _stood_for(problem: FitProblem, fit: Fit, keys: Sequence[str], options: GapOptions) -> tuple[Effect, ...]:

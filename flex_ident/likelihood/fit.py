@@ -66,7 +66,9 @@ def key_scale(problem: FitProblem, key: str, value: float) -> float:
             return max(abs(value), 0.05 * torque / 9.81)
         case "torque_delay" | "link_skew" | "reversal_lead" | "effort_lag":
             return ts
-        case "reversal_speed":
+        case "friction_removed":
+            return max(abs(value), 0.05 * torque)
+        case "reversal_speed" | "friction_removed_speed":
             return max(abs(value), 1e-3 * velocity)
         case "presliding":
             return max(abs(value), 1e-3 * position)

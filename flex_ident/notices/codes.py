@@ -227,8 +227,9 @@ class Code(StrEnum):
     )  # fmt: skip
     EFFORT_KIND_OPEN = (
         "effort_kind_open", "info",
-        "The recording does not tell whether the effort holds gravity or is less what the controller adds. It matters "
-        "little here: it was taken as the motor's torque, and the intervals reach as far as the other would move them.",
+        "The recording does not tell whether the effort holds gravity (or the motor's friction) or is less what the "
+        "controller adds. It was taken as the motor's torque: the intervals reach as far as gravity would move them, "
+        "and FVm and FSm are left open.",
         "Say what the effort is with --effort-kind, and the intervals become narrower.",
     )  # fmt: skip
     EFFORT_LAG = (

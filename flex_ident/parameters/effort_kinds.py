@@ -24,7 +24,12 @@ FRICTION_KEYS = ("FVm", "FSm")
 RIGID_FRICTION_KEYS = ("FV", "FS")
 """The motor's friction: where the controller adds it, what its model is off by is left, of either sign."""
 GRAVITY_REMOVED = "gravity_removed"
-"""Measurement key, 1 or 0: whether the effort is less the gravity that the controller adds."""
+"""Measurement key: the share of gravity that the controller adds, and the effort is without."""
+FRICTION_REMOVED, FRICTION_REMOVED_SPEED = "friction_removed", "friction_removed_speed"
+"""Measurement keys: the dry friction that the controller adds and the effort is without, and the speed at which that
+turns over, where the motor's own does so at once."""
+REMOVED_KEYS = (GRAVITY_REMOVED, FRICTION_REMOVED, FRICTION_REMOVED_SPEED)
+"""What a controller adds, by kind of effort; part of the model, and no key of the joint."""
 
 
 def check_effort_kind(kind: str, *, method: str = "auto") -> None:

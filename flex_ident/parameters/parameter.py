@@ -31,6 +31,7 @@ MEASUREMENT_UNITS = {
     "torque_averaging": "sample^2",
     "initial_deflection": "rad", "initial_velocity": "rad/s", "effort_lag": "s", "reversal_speed": "rad/s",
     "presliding": "rad", "reversal_lead": "s", "link_turnover": "rad/s", "gravity_removed": "",
+    "friction_removed": "N m", "friction_removed_speed": "rad/s",
 }  # fmt: skip
 """Units of what is estimated beside the joint: the measurement chain and the state at the start."""
 SYSTEMATIC = {"Jm": 2e-3, "K": 1e-3, "JL": 1e-3, "J": 1e-3}

@@ -272,6 +272,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "controller adds; the intervals hold both. With --effort-kind joint_sensor, if it holds all of it, they "
             "become narrower."
         ),
+        "friction": (
+            "the effort shows less friction of the motor than of the link: the recording does not tell whether the "
+            "motor has hardly any or the controller adds what it takes, so that FVm and FSm are left open. Say "
+            "--effort-kind motor or --effort-kind friction_compensated."
+        ),
     },
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",
     Code.CHAIN_AT_ITS_END: chain_at_its_end,

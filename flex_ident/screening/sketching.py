@@ -13,7 +13,7 @@ from flex_ident.likelihood.gauge import prior_root
 from flex_ident.likelihood.nuisances import model_priors
 from flex_ident.likelihood.steady import STATE, SteadyFit
 from flex_ident.parameters import UNITS
-from flex_ident.parameters.effort_kinds import GRAVITY_REMOVED
+from flex_ident.parameters.effort_kinds import REMOVED_KEYS
 from flex_ident.parameters.keys import effect_in
 from flex_ident.parameters.prior import Prior
 from flex_ident.parameters.values import Values
@@ -35,8 +35,8 @@ def effects_in(keys: Sequence[str]) -> tuple[str, ...]:
 
 
 def known_beforehand(solver: SteadyFit) -> dict[str, Prior]:
-    """What a solver knows before the fit for its kind of effort: of first moments, friction, or gravity taken off."""
-    return {k: p for k, p in solver.priors.items() if k in UNITS or k == GRAVITY_REMOVED}
+    """What a solver knows before the fit for its kind of effort: of first moments, friction, or what is taken off."""
+    return {k: p for k, p in solver.priors.items() if k in UNITS or k in REMOVED_KEYS}
 
 
 def extended_solver(solver: SteadyFit, free: Sequence[str], *added: Candidate) -> tuple[SteadyFit, tuple[str, ...]]:

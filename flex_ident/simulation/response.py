@@ -158,6 +158,9 @@ def motor_torque(terms: Floats, motion: MotorMotion, link: LinkMotion | None, si
     if terms[Term.GRAVITY_REMOVED] != 0.0:
         weight = terms[Term.GRAVITY_COS] * np.cos(motion.position) + terms[Term.GRAVITY_SIN] * np.sin(motion.position)
         torque = torque - terms[Term.GRAVITY_REMOVED] * weight
+    if terms[Term.FRICTION_REMOVED] != 0.0 and terms[Term.FRICTION_REMOVED_SPEED] > 0.0:
+        added = np.tanh(motion.velocity / terms[Term.FRICTION_REMOVED_SPEED])
+        torque = torque + terms[Term.FRICTION_REMOVED] * (sign - added)
     if any(terms[size] != 0.0 for size, *_ in RIPPLES):
         torque = torque + periodic(terms, RIPPLES, motion.position)
     if terms[ANGLE_CURVE.points] > 0.0:

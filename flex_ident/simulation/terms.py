@@ -139,6 +139,10 @@ class Term(IntEnum):
     KINEMATIC_CYCLES_5 = "spring", False, "KINEMATIC_ERROR_5"
     KINEMATIC_PHASE_5 = "spring", False, "KINEMATIC_ERROR_5"
 
+    FRICTION_REMOVED = "measurement", True
+    """Dry friction that the controller adds, N m, and the recorded torque is without: with the tanh of the speed over
+    that of `FRICTION_REMOVED_SPEED`, beside what is left of it there."""
+    FRICTION_REMOVED_SPEED = "measurement", False, "FRICTION_REMOVED"
     LINK_DRIFT = "measurement", False
     """By how much the clock of the link encoder runs fast against the motor's, s/s; zero in the middle."""
     IRON_LOSS = "measurement", False
@@ -302,6 +306,8 @@ MEASUREMENT_TERMS: dict[str, tuple[Term, float]] = {
     "effort_lag": (Term.EFFORT_LAG, 1.0),
     "link_turnover": (Term.LINK_TURNOVER, 1.0),
     "gravity_removed": (Term.GRAVITY_REMOVED, 1.0),
+    "friction_removed": (Term.FRICTION_REMOVED, 1.0),
+    "friction_removed_speed": (Term.FRICTION_REMOVED_SPEED, 1.0),
 }
 MEASUREMENT_KEYS = frozenset((*MEASUREMENT_TERMS, FAR_MODE))
 

@@ -10,7 +10,7 @@ import pytest
 from flex_ident.effects import CATALOGUE, key_named
 from flex_ident.likelihood.links import LinkResponses
 from flex_ident.likelihood.problem import terms_of
-from flex_ident.parameters import UNITS
+from flex_ident.parameters import MEASUREMENT_UNITS, UNITS
 from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation import response
@@ -24,7 +24,6 @@ from flex_ident.simulation.terms import (
     FRICTION_CURVE,
     HARMONICS,
     LINK_ENCODER_ERRORS,
-    MEASUREMENT_TERMS,
     MOST_POINTS,
     MOTOR_ENCODER_ERRORS,
     SPRING_CURVE,
@@ -56,6 +55,7 @@ SIZES: dict[Term, float] = {
     Term.RELAXING_STIFFNESS: 1500.0, Term.RELAXATION_TIME: 0.02,
     Term.SOFT_ZONE_SHARE: 0.4, Term.SOFT_ZONE_DEFLECTION: 1e-3,
     Term.REVERSAL_LEAD: 2e-3, Term.EFFORT_LAG: 1e-3, Term.GRAVITY_REMOVED: 1.0,
+    Term.FRICTION_REMOVED: 3.0, Term.FRICTION_REMOVED_SPEED: 0.05,
 }  # fmt: skip
 for _n in HARMONICS[1:]:
     for _one, _size in (("RIPPLE", 0.5), ("RIPPLE_CYCLES", 90.0), ("RIPPLE_PHASE", 0.7), ("KINEMATIC_ERROR", 1e-4),
@@ -196,7 +196,7 @@ def test_what_only_shapes_a_term_that_is_zero_does_not_leave_the_batch() -> None
 
 def test_units_say_what_scales_with_force() -> None:
     effects: Mapping[str, str] = {f"{e.name}.{p.name}": p.unit for e in CATALOGUE.values() for p in e.parameters}
-    for key, unit in {**UNITS, **effects, **dict.fromkeys(MEASUREMENT_TERMS, "")}.items():
+    for key, unit in {**UNITS, **effects, **MEASUREMENT_UNITS}.items():
         assert key_named(key).is_force == unit.startswith(("N", "kg")), key
 
 
