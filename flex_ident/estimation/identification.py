@@ -31,7 +31,14 @@ from flex_ident.estimation.motor_current import kind_beside_current, with_motor_
 from flex_ident.estimation.motor_side import motor_side_notice
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.estimation.ratios import ratios
-from flex_ident.estimation.rigid import may_be_rigid, rigid_left_percent, rigid_notice, rigid_objection, spring_is_open
+from flex_ident.estimation.rigid import (
+    may_be_rigid,
+    rigid_beside_link,
+    rigid_left_percent,
+    rigid_notice,
+    rigid_objection,
+    spring_is_open,
+)
 from flex_ident.estimation.thresholds import SENSOR_LEFT
 from flex_ident.estimation.unseen_effects import encoder_notice, gravity_notice, loss_notices
 from flex_ident.filtering.frequency_response import first_mode
@@ -117,7 +124,16 @@ def identify(
         sensors = chosen_sensors(recording, options.sensors)
         recording, asked = with_gravity_told(recording, asked, sensors, rigid=options.rigid)
     told, kind = as_told(recording, kind_beside_current(recording, asked))
-    result = _identified(told, replace(options, effort_kind=kind), prismatic, progress)
+    fitted = replace(options, effort_kind=kind)
+    try:
+        result = _identified(told, fitted, prismatic, progress)
+    except ExcitationError:
+        alone = _without_link(told, fitted, prismatic)
+        if alone is None:
+            raise
+        result = alone
+    if result.verdict == "rejected":
+        result = _without_link(told, fitted, prismatic) or result
     codes = {notice.code for notice in result.notices}
     if result.verdict == "trusted" and any(notice.severity != "info" for notice in result.notices):
         result = replace(result, verdict="doubtful")
@@ -131,6 +147,24 @@ def identify(
     if kind != FRICTION_COMPENSATED and Code.EFFORT_REVERSED not in codes and brakes(told):
         kept = (Notice(Code.EFFORT_REVERSED, "motor_torque", texts={"case": "brakes"}), *kept)
     return replace(result, notices=kept)
+
+
+def _without_link(recording: Recording, options: IdentifyOptions, prismatic: bool) -> Identification | None:
+    """The rigid joint that the motor alone shows, where the link's position was used unasked and led to nothing; None
+    where that is not so, or no rigid joint either. Doubtful at best: the link's position does not bear it out."""
+    if recording.link_position is None or options.method != "auto":
+        return None
+    said = rigid_beside_link(recording, options, prismatic=prismatic)
+    if said is None:
+        return None
+    try:
+        found = _identified(recording, replace(options, sensors="motor"), prismatic, None)
+    except (ExcitationError, SignalError):
+        return None
+    if found.verdict == "rejected" or all(n.code is not Code.TAKEN_AS_RIGID for n in found.notices):
+        return None
+    others = tuple(n for n in found.notices if n.code is not Code.TAKEN_AS_RIGID)
+    return replace(found, verdict="doubtful", notices=(said, *others))
 
 
 def refuse_unusable(recording: Recording, effort_kind: str = "auto") -> None:

@@ -28,6 +28,14 @@ class Asked(Protocol):
         """Whether it was said to be."""
 
     @property
+    def sensors(self) -> str:
+        """Which positions are to be used."""
+
+    @property
+    def band_hz(self) -> float | None:
+        """Where the band ends, if given."""
+
+    @property
     def first_mode_hz(self) -> float | None:
         """Its mode, if given."""
 
@@ -49,6 +57,17 @@ def spring_is_open(estimate: Estimate) -> bool:
         return True
     outside = modes_hz(fit.values).get("locked_motor_hz", 0.0) > estimate.problem.band_hz
     return outside and not all(is_identifiable(estimate, k) for k in ("Jm", "JL") if k in fit.free)
+
+
+def rigid_beside_link(recording: Recording, asked: Asked, *, prismatic: bool) -> Notice | None:
+    """That a rigid joint may be tried by the motor alone, where the link's position, which nobody asked for, led to
+    nothing; None where it may not, or leaves too much of the torque."""
+    if asked.sensors != "auto" or not may_be_rigid(asked, "motor"):
+        return None
+    left = rigid_left_percent(recording, prismatic=prismatic, band_hz=asked.band_hz)
+    if left is None or left > GOOD_RIGID:
+        return None
+    return Notice(Code.TAKEN_AS_RIGID, "K", {"rigid_percent": left}, {"case": "beside_link"})
 
 
 def rigid_left_percent(

@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flex_ident.errors import ExcitationError
+from flex_ident.errors import ExcitationError, SignalError
 from flex_ident.estimation.estimate import Estimate, estimate_of, fit_problem, of_kind, validation_blocks
 from flex_ident.estimation.evidence import is_identifiable
 from flex_ident.estimation.gravity_share import with_gravity_told
 from flex_ident.estimation.identification import chosen_sensors, identification_of, refuse_unusable
 from flex_ident.estimation.kind_priors import as_told
 from flex_ident.estimation.motion_told import with_motion_told
+from flex_ident.estimation.rigid import rigid_beside_link
 from flex_ident.filtering.frequency_response import first_mode
 from flex_ident.gap.base import GapBase, fitted_base, search_start
 from flex_ident.gap.explanation import (
@@ -77,7 +78,10 @@ def explain(
     except ExcitationError:
         rigid = rigid_alone(recording, problem, options)
         if rigid is None:
-            raise
+            alone = _without_link(recording, options, progress)
+            if alone is None:
+                raise
+            return alone
         return _explained_as_rigid(recording, options, progress, rigid)
     report(0.2, "screening")
     missed = _not_borne_out(recording, base, options)
@@ -114,6 +118,9 @@ def explain(
         rigid = rigid_as_well(recording, of_kind(estimate, kinds), options)
         if rigid is not None:
             return _explained_as_rigid(recording, options, progress, rigid)
+        alone = _without_link(recording, options, progress) if final.verdict == "rejected" else None
+        if alone is not None:
+            return alone
     first, left = remainder(solver, fit, held), remainder(estimate.solver, estimate.fit, held)
     before, after = gaps[0].torque, gaps[-1].torque
     named = any(not a.trial.objection for a in search.accepted)
@@ -188,6 +195,23 @@ def _explained_as_rigid(
 ) -> GapExplanation:
     found = explain(recording, replace(options, rigid=True), progress=progress)
     return replace(found, notices=(said, *found.notices))
+
+
+def _without_link(recording: Recording, options: GapOptions, progress: Progress | None) -> GapExplanation | None:
+    """The rigid joint that the motor alone shows, as identification takes it where the link's position, which nobody
+    asked for, led to nothing; None otherwise."""
+    if recording.link_position is None:
+        return None
+    said = rigid_beside_link(recording, options, prismatic=options.prismatic)
+    if said is None:
+        return None
+    try:
+        found = explain(recording, replace(options, sensors="motor"), progress=progress)
+    except (ExcitationError, SignalError):
+        return None
+    if all(n.code is not Code.TAKEN_AS_RIGID for n in found.notices):
+        return None
+    return replace(found, notices=(said, *(n for n in found.notices if n.code is not Code.TAKEN_AS_RIGID)))
 
 
 def _coarse(recording: Recording, problem: FitProblem, options: GapOptions) -> FitProblem:

@@ -404,7 +404,8 @@ class Code(StrEnum):
     )  # fmt: skip
     TAKEN_AS_RIGID = (
         "taken_as_rigid", "info",
-        "The motion shows no spring: a rigid joint explains the torque as well, and is what was fitted.",
+        "The motion shows no spring: a rigid joint explains the torque as well, and is what was fitted; from the motor "
+        "alone where the link's position, used unasked, led to nothing.",
         "Sweep to higher frequencies, or read a link encoder, for the spring.",
     )  # fmt: skip
     RIGID_AS_WELL = (

@@ -386,6 +386,11 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "the motion shows no spring: a rigid joint leaves {rigid_percent:.1f} % of the torque, and is what was "
             "fitted. Sweep to higher frequencies, or read a link encoder, for the stiffness."
         ),
+        "beside_link": (
+            "with the link's position nothing could be determined: a rigid joint leaves {rigid_percent:.1f} % of the "
+            "torque, and is what was fitted, from the motor alone. Sweep to higher frequencies for the stiffness, and "
+            "look whether the link's position is of this joint."
+        ),
     },
     Code.RIGID_AS_WELL: (
         "a rigid joint explains it as well ({rigid_percent:.1f} against {sprung_percent:.1f} % of the torque left): "

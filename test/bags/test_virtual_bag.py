@@ -15,7 +15,7 @@ from flex_ident.virtual_joint.run import virtual_recording
 
 @pytest.mark.slow
 @pytest.mark.parametrize("storage", ["mcap", pytest.param("sqlite3", marks=pytest.mark.campaign)])
-@pytest.mark.parametrize("compression", ["", "file", "message"])
+@pytest.mark.parametrize("compression", ["", pytest.param("file", marks=pytest.mark.campaign), "message"])
 def test_a_virtual_bag_is_read_as_it_was_made(tmp_path: Path, storage: str, compression: str) -> None:
     experiment = Experiment(duration_s=5.0)
     made = virtual_recording(COBOT_JOINT, experiment, chain_for("network"), seed=4)

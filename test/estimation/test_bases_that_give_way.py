@@ -18,7 +18,8 @@ from recordings import recording_of
 @pytest.mark.parametrize(
     ("seed", "index", "sensors", "alike"),
     [
-        (493, 28, "motor", {"mount_mode", "second_mode"}),  # which of the two swings the motor alone hardly tells
+        # Which of the two swings the motor alone hardly tells.
+        pytest.param(493, 28, "motor", {"mount_mode", "second_mode"}, marks=pytest.mark.campaign),
         pytest.param(73, 7, "motor+link", {"mount_mode"}, marks=pytest.mark.campaign),
     ],
 )

@@ -15,7 +15,9 @@ from flex_ident.virtual_joint.run import virtual_recording
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("step", "code"), [(1.0, Code.EFFORT_TRUNCATED), (0.02, Code.EFFORT_STEPS)])
+@pytest.mark.parametrize(
+    ("step", "code"), [(1.0, Code.EFFORT_TRUNCATED), pytest.param(0.02, Code.EFFORT_STEPS, marks=pytest.mark.campaign)]
+)
 def test_an_effort_that_was_cut_toward_zero_is_put_right_or_in_the_intervals(step: float, code: Code) -> None:
     experiment = Experiment(duration_s=20.0, sample_rate_hz=500.0, profile="rich")
     recording = virtual_recording(COBOT_JOINT, experiment, MeasurementChain.with_bits(17, 20), seed=10)

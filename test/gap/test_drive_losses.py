@@ -81,7 +81,7 @@ def test_a_gain_that_drifts_far_is_named_and_measured() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("settles_s", [1e6, 8.0])
+@pytest.mark.parametrize("settles_s", [1e6, pytest.param(8.0, marks=pytest.mark.campaign)])
 def test_a_zero_that_drifts_does_not_move_gravity(settles_s: float) -> None:
     """As a strain gauge warms, read by the motor alone: gravity and a constant are all but alike over a small range."""
     recording = virtual_recording(COBOT_JOINT, EXPERIMENT, CHAIN, seed=9)
@@ -94,7 +94,7 @@ def test_a_zero_that_drifts_does_not_move_gravity(settles_s: float) -> None:
         assert not p.identifiable or abs(p.value - COBOT_JOINT.value(key)) < 3.0 * p.std, p
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_zero_that_drifts_far_is_named_and_measured() -> None:
     truth = COBOT_JOINT.with_effect("offset_drift", {"rate": 0.25})
     found = explain(virtual_recording(truth, EXPERIMENT, CHAIN, seed=8), GapOptions())
