@@ -100,22 +100,25 @@ class KindFit:
         that is up to a sample older or newer than the torque looks like viscous friction of the motor, and viscous
         friction taken at such a speed like inertia.
         """
-        if self.kind == GRAVITY_COMPENSATED and "FVm" in self.fit.free:
-            problem, at = self.solver.problem, self.fit.free.index("FVm")
-            slope = GRAVITY * gravity_slope(self.fit.values, float(np.mean(problem.motion.position)))
-            covariance = uncertainty.covariance.copy()
-            covariance[at, at] += (slope * problem.recording.sample_time) ** 2
-            uncertainty = replace(uncertainty, covariance=covariance)
-        inertia = next((key for key in ("Jm", "J") if key in self.fit.free), None)
-        if inertia is not None and (self.kind == FRICTION_COMPENSATED or self.frictionless):
-            covariance = uncertainty.covariance.copy()
-            at = self.fit.free.index(inertia)
-            covariance[at, at] += (self._viscous_added(uncertainty) * self.solver.problem.recording.sample_time) ** 2
-            uncertainty = replace(uncertainty, covariance=covariance)
+        sample = self.solver.problem.recording.sample_time
+        late = {"FVm": GRAVITY * self._slope_added() * sample}
+        if self.kind == FRICTION_COMPENSATED or self.frictionless:
+            late |= dict.fromkeys(("Jm", "J"), self._viscous_added(uncertainty) * sample)
+        extra = np.diag([late.get(key, 0.0) ** 2 for key in self.fit.free])
+        uncertainty = replace(uncertainty, covariance=uncertainty.covariance + extra)
         if self.rival is None or self.open is None:
             return uncertainty
         joined = uncertainty.covariance + np.outer(self.rival, self.rival) + self.open
         return replace(uncertainty, covariance=joined)
+
+    def _slope_added(self) -> float:
+        """Stiffness, over g, kg m, of the gravity that the controller adds, or may add for all that the fit tells."""
+        if self.kind == GRAVITY_COMPENSATED:
+            return gravity_slope(self.fit.values, float(np.mean(self.solver.problem.motion.position)))
+        if self.rival is None or self.open is None:
+            return 0.0
+        apart = np.sqrt(self.rival**2 + np.diag(self.open))
+        return max((float(d) for k, d in zip(self.fit.free, apart, strict=True) if k in GRAVITY_KEYS), default=0.0)
 
     def _viscous_added(self, uncertainty: Uncertainty) -> float:
         """Viscous friction that the controller may add, N m s/rad: at the rms speed as much as the dry friction that
