@@ -64,6 +64,7 @@ from flex_ident.parameters import (
 from flex_ident.parameters.current import is_current
 from flex_ident.parameters.effort_kinds import (
     FRICTION_COMPENSATED,
+    FRICTION_KEYS,
     GRAVITY_COMPENSATED,
     GRAVITY_REMOVED,
     JOINT_SENSOR,
@@ -373,6 +374,9 @@ def identification_of(
             notices.insert(0, Notice(code, "motor_torque", texts=case))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
         if estimate.kind.frictionless:
+            parameters = tuple(
+                replace(p, identifiable=p.identifiable and p.key not in FRICTION_KEYS) for p in parameters
+            )
             notices.insert(0, Notice(Code.EFFORT_KIND_OPEN, "motor_torque", texts={"case": "friction"}))
     placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)

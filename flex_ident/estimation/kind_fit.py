@@ -63,7 +63,7 @@ class KindFit:
         keys: tuple[str, ...] = ()
         if self.kind == JOINT_SENSOR and not self.fit.values.get("J"):
             keys = MOTOR_KEYS
-        if self.kind == FRICTION_COMPENSATED or self.frictionless:
+        if self.kind == FRICTION_COMPENSATED:
             keys = friction_keys(rigid="J" in self.fit.values)
         return tuple(Parameter(key, 0.0, math.inf, UNITS[key], identifiable=False) for key in keys)
 
