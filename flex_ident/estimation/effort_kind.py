@@ -18,6 +18,8 @@ from flex_ident.estimation.kind_priors import friction_keys, friction_priors
 from flex_ident.estimation.thresholds import (
     AS_LIKELY,
     CLEARLY,
+    FAR,
+    HARDLY_ANY,
     MOST_WITH_LINK,
     NO_FRICTION,
     NO_INERTIA,
@@ -134,7 +136,9 @@ def _joint_sensor(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit |
         return None
     keys = [k for k in fit.free if k in UNITS and k not in MOTOR_KEYS]
     own, found = refitted(problem, solver, keys, values.without(MOTOR_KEYS))
-    if gain_of(problem, own, fit, found).size < -AS_LIKELY:
+    # A motor that turns without any inertia is none, whatever little else its side explains.
+    may_cost = FAR if inertia < HARDLY_ANY * values["JL"] else AS_LIKELY
+    if gain_of(problem, own, fit, found).size < -may_cost:
         return None
     sizes = {"inertia_percent": 100.0 * inertia / values["JL"]}
     notice = Notice(Code.EFFORT_JOINT_SENSOR, "motor_torque", sizes, {"case": "found"})

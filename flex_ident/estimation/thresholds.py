@@ -5,6 +5,9 @@ from __future__ import annotations
 NO_INERTIA = 0.05
 """Motor inertia over the link's, two standard deviations added, under which there is none: geared motors have 0.2 to
 5, and a direct drive without a rotor to speak of has 0.3."""
+HARDLY_ANY = 0.01
+"""The same under which it is no motor's torque, even if its side explains a little: a cobot's sensor less gravity (an
+adversary's) cost 75 in twice the log-likelihood, for 0.06 N m of friction, and was rejected for want of an inertia."""
 NO_FRICTION, NO_TORQUE = 0.1, 0.01
 """Of the link's friction, or of the torque, rms: the motor's friction under which there is none."""
 AS_LIKELY = 40.0

@@ -1,6 +1,7 @@
 """What the effort is, told from the fit or as it is given: on the virtual joint, whose plant is not the estimator's."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from flex_ident.estimation import effort_kind, estimate, identification
 from flex_ident.estimation.estimate import fit_problem
 from flex_ident.estimation.identification import identify
 from flex_ident.estimation.kind_fit import KindFit
+from flex_ident.estimation.kind_gain import Gain
 from flex_ident.estimation.options import IdentifyOptions
 from flex_ident.gap import GapOptions
 from flex_ident.gap.base import fitted_base, search_start
@@ -137,7 +139,6 @@ def test_gravity_that_the_controller_adds_is_recognised_with_a_link_encoder() ->
     assert result.parameter("MY").value == pytest.approx(HEAVY.value("MY"), rel=0.05)
 
 
-@pytest.mark.slow
 def test_gravity_of_which_a_link_encoder_shows_that_a_tenth_is_left_is_recognised() -> None:
     """Was rejected, or taken for the motor's torque with the encoder's scale at its end."""
     result = identify(kind_recording(HEAVY, "gravity_compensated", EXPERIMENT, removed=0.9), IdentifyOptions())
@@ -280,4 +281,19 @@ def test_a_command_is_said_to_be_one() -> None:
     recording = kind_recording(COBOT_JOINT, "motor", EXPERIMENT, link=False)
     result = identify(recording, IdentifyOptions(effort_kind="command"))
     assert "effort_commanded" in codes(result)
+    assert_within(result, COBOT_JOINT)
+
+
+def test_a_torque_without_any_inertia_is_a_sensors_whatever_friction_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaving 0.06 N m of friction out cost more than three keys may: an adversary's sensor was rejected for having no
+    inertia of a motor."""
+    true = effort_kind.gain_of
+
+    def costing(*fits) -> Gain:
+        return replace(true(*fits), size=-75.0)
+
+    monkeypatch.setattr(effort_kind, "gain_of", costing)
+    recording = kind_recording(COBOT_JOINT, "joint_sensor", EXPERIMENT, link=False)
+    result = identify(recording, IdentifyOptions(sensors="motor"))
+    assert "effort_joint_sensor" in codes(result)
     assert_within(result, COBOT_JOINT)
