@@ -58,7 +58,8 @@ def resolved(problem: FitProblem, solver: SteadyFit, fit: Fit, kind: str) -> Kin
         return with_gravity_walked(problem, KindFit(GRAVITY_COMPENSATED, solver, fit, (said,)))
     if kind == FRICTION_COMPENSATED:
         texts = {"case": "given", "absent": " and ".join(friction_keys(rigid=problem.rigid))}
-        return KindFit(FRICTION_COMPENSATED, solver, fit, (Notice(Code.EFFORT_FRICTION_COMPENSATED, texts=texts),))
+        own = KindFit(FRICTION_COMPENSATED, solver, fit, (Notice(Code.EFFORT_FRICTION_COMPENSATED, texts=texts),))
+        return own if problem.rigid or _holds_gravity(problem) else with_hidden_gravity(own)
     if problem.rigid or kind != "auto" or any(key_named(k).effect for k in fit.free):
         return KindFit(MOTOR, solver, fit)
     found = _found(problem, solver, fit)
@@ -76,7 +77,7 @@ def _found(problem: FitProblem, solver: SteadyFit, fit: Fit) -> KindFit:
         if _holds_gravity(problem):
             return found or KindFit(MOTOR, solver, fit)
         found = found or gravity_compensated(problem, solver, fit)
-        return with_hidden_gravity(found) if found.kind in (MOTOR, JOINT_SENSOR) else found
+        return with_hidden_gravity(found) if found.kind != GRAVITY_COMPENSATED else found
     except ExcitationError:  # the other kind's model runs away: it is not this one
         return KindFit(MOTOR, solver, fit)
 

@@ -86,6 +86,8 @@ KINDS_FOUND = (
     Code.EFFORT_KIND_UNCLEAR, Code.EFFORT_KIND_OPEN,
 )  # fmt: skip
 """Codes of the kind of effort, which a fit that is rejected does not tell."""
+GRAVITY_OPEN = {MOTOR: "", JOINT_SENSOR: "sensor", FRICTION_COMPENSATED: "both"}
+"""Kinds of effort in which gravity may be missing as well, and the case of the notice that says so."""
 REPORTED = (
     "torque_delay", "torque_averaging", "effort_lag", "link_skew", "link_zero", "link_scale", "link_drift",
     "reversal_speed", "presliding", "reversal_lead",
@@ -367,10 +369,10 @@ def identification_of(
         absent = estimate.kind.absent
         there = (p for p in parameters if all(p.key != a.key for a in absent))
         parameters = tuple(sorted((*absent, *there), key=_paper_order))
-        if estimate.kind.unclear and estimate.kind.kind in (MOTOR, JOINT_SENSOR):
+        if estimate.kind.unclear and estimate.kind.kind in GRAVITY_OPEN:
             matters = estimate.kind.matters
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
-            case = {"case": "sensor"} if estimate.kind.kind == JOINT_SENSOR else {}
+            case = {"case": GRAVITY_OPEN[estimate.kind.kind]}
             notices.insert(0, Notice(code, "motor_torque", texts=case))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
         if estimate.kind.frictionless:

@@ -30,6 +30,7 @@ from flex_ident.parameters.values import Values
 from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY
 
+SCALED = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS")
 USUAL_ADDED = 0.3
 """Share of the torque, rms, that viscous friction usually takes. Set by hand."""
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
@@ -98,13 +99,18 @@ class KindFit:
 
         Of an effort less what the controller adds also with what its clock leaves open: gravity taken at a position
         that is up to a sample older or newer than the torque looks like viscous friction of the motor, and viscous
-        friction taken at such a speed like inertia.
+        friction taken at such a speed like inertia. Gravity at the position that is wanted, from which the joint is as
+        far as the torque over the stiffness of its loop, scales all forces: a loop is about as stiff as the spring.
         """
         sample = self.solver.problem.recording.sample_time
         late = {"FVm": GRAVITY * self._slope_added() * sample}
         if self.kind == FRICTION_COMPENSATED or self.frictionless:
             late |= dict.fromkeys(("Jm", "J"), self._viscous_added(uncertainty) * sample)
         extra = np.diag([late.get(key, 0.0) ** 2 for key in self.fit.free])
+        if self.kind == GRAVITY_COMPENSATED and "K" in self.fit.free:
+            scale = GRAVITY * self._slope_added() / self.fit.values["K"]
+            forces = np.array([self.fit.values[k] if k in SCALED else 0.0 for k in self.fit.free])
+            extra += scale**2 * np.outer(forces, forces)
         uncertainty = replace(uncertainty, covariance=uncertainty.covariance + extra)
         if self.rival is None or self.open is None:
             return uncertainty

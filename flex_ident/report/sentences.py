@@ -261,6 +261,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "controller adds: say --effort-kind joint_sensor if it holds all of it. The intervals reach as far as the "
             "other would move them."
         ),
+        "both": (
+            "the effort holds hardly any gravity either, and the recording does not tell whether the controller adds "
+            "it: the intervals reach as far as that would move them. Give the robot's --urdf, whose weight tells."
+        ),
     },
     Code.EFFORT_KIND_OPEN: {
         "": (
@@ -276,6 +280,10 @@ SENTENCES: Mapping[Code, Template | Mapping[str, Template]] = {
             "the effort shows less friction of the motor than of the link: the recording does not tell whether the "
             "motor has hardly any or the controller adds what it takes, so that FVm and FSm are left open. Say "
             "--effort-kind motor or --effort-kind friction_compensated."
+        ),
+        "both": (
+            "the effort holds hardly any gravity either, and the recording does not tell whether the controller adds "
+            "it: the intervals reach as far as that would move them. Give the robot's --urdf, whose weight tells."
         ),
     },
     Code.EFFORT_LAG: "the effort lags by {lag_ms:.3g} ms, as behind a low-pass: corrected for.",

@@ -297,3 +297,13 @@ def test_a_torque_without_any_inertia_is_a_sensors_whatever_friction_costs(monke
     result = identify(recording, IdentifyOptions(sensors="motor"))
     assert "effort_joint_sensor" in codes(result)
     assert_within(result, COBOT_JOINT)
+
+
+def test_friction_that_the_controller_adds_may_come_with_gravity() -> None:
+    """MX and MY of an adversary's direct drives were none, 110 to 300 standard deviations off, trusted."""
+    model = JointModel({**COBOT_JOINT.parameters, "MX": 2.5, "MY": -4.0}, joint="hanging")
+    result = identify(kind_recording(model, "less_both", EXPERIMENT, link=False), IdentifyOptions(sensors="motor"))
+    assert "effort_friction_compensated" in codes(result)
+    assert any(n.case == "both" for n in result.notices if n.code in ("effort_kind_open", "effort_kind_unclear"))
+    assert not result.parameter("MY").identifiable
+    assert_within(result, model)

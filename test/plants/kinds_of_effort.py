@@ -28,7 +28,7 @@ def kind_recording(
 ) -> Recording:
     """`motor`, `joint_sensor` (torque of the spring), `gravity_compensated`, `friction_compensated` (by a model that is
     20 % too large), `current` (0.1 A a N m) or `unsigned`, each with its noise; `sensor_less_gravity` is a joint
-    sensor's. `removed`: share of gravity that the controller takes off."""
+    sensor's, `less_both` the motor's without gravity and friction. `removed`: share of gravity that the controller takes off."""
     chain = MeasurementChain.with_bits(bits, bits, torque_noise=0.0, jitter=0.0, lost=0.0)
     recording = virtual_recording(model, experiment, chain, seed=seed, link=link)
     torque = recording.motor_torque.copy()
@@ -37,10 +37,10 @@ def kind_recording(
         instants = recording.start_time_s + recording.time
         deflection = np.interp(instants, motion.time, motion.motor_position - motion.link_position)
         torque = model.value("K") * deflection
-    if kind in ("gravity_compensated", "sensor_less_gravity"):
+    if kind in ("gravity_compensated", "sensor_less_gravity", "less_both"):
         position = recording.motor_position
         torque -= removed * GRAVITY * (model.value("MX") * np.cos(position) + model.value("MY") * np.sin(position))
-    if kind == "friction_compensated":
+    if kind in ("friction_compensated", "less_both"):
         speed = np.gradient(recording.motor_position, recording.time)
         torque -= 1.2 * (model.value("FVm") * speed + model.value("FSm") * np.tanh(speed / 0.01))
     elif kind == "current":
