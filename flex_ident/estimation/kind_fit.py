@@ -31,8 +31,11 @@ from flex_ident.recording import Floats
 from flex_ident.simulation.terms import GRAVITY
 
 SCALED = ("Jm", "K", "JL", "FVm", "FSm", "FV", "FS")
-USUAL_ADDED = 0.3
-"""Share of the torque, rms, that viscous friction usually takes. Set by hand."""
+USUAL_ADDED, SLOW_S, SHAPE_KNOWN = 0.3, 0.01, 0.02
+"""Share of the torque, rms, that viscous friction usually takes; time by which a controller's gravity may be late, one
+standard deviation; share of the dry friction it adds by which its shape at reversals may pass for the link's. Set by
+hand, the last two on an adversary's joints (a low-pass of 20 ms: FVm 6 standard deviations off; one of 2 ms on the
+speed that friction was taken at: FS 9)."""
 ROUGH_ROUNDS = ((12, 1e-3), (10, 1e-4))
 ROUNDS = ((12, 1e-4), (10, 1e-6))
 
@@ -103,9 +106,11 @@ class KindFit:
         far as the torque over the stiffness of its loop, scales all forces: a loop is about as stiff as the spring.
         """
         sample = self.solver.problem.recording.sample_time
-        late = {"FVm": GRAVITY * self._slope_added() * sample}
+        late = {"FVm": GRAVITY * self._slope_added() * math.hypot(sample, SLOW_S)}
         if self.kind == FRICTION_COMPENSATED or self.frictionless:
             late |= dict.fromkeys(("Jm", "J"), self._viscous_added(uncertainty) * sample)
+        if self.kind == FRICTION_COMPENSATED and FRICTION_REMOVED in self.fit.free:
+            late["FS"] = SHAPE_KNOWN * self.fit.values[FRICTION_REMOVED]
         extra = np.diag([late.get(key, 0.0) ** 2 for key in self.fit.free])
         if self.kind == GRAVITY_COMPENSATED and "K" in self.fit.free:
             scale = GRAVITY * self._slope_added() / self.fit.values["K"]

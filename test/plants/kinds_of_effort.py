@@ -28,7 +28,8 @@ def kind_recording(
 ) -> Recording:
     """`motor`, `joint_sensor` (torque of the spring), `gravity_compensated`, `friction_compensated` (by a model that is
     20 % too large), `current` (0.1 A a N m) or `unsigned`, each with its noise; `sensor_less_gravity` is a joint
-    sensor's, `less_both` the motor's without gravity and friction. `removed`: share of gravity that the controller takes off."""
+    sensor's, `less_both` the motor's without gravity and friction. `removed`: share of gravity that the controller
+    takes off."""
     chain = MeasurementChain.with_bits(bits, bits, torque_noise=0.0, jitter=0.0, lost=0.0)
     recording = virtual_recording(model, experiment, chain, seed=seed, link=link)
     torque = recording.motor_torque.copy()
