@@ -373,13 +373,14 @@ def identification_of(
             matters = estimate.kind.matters
             code = Code.EFFORT_KIND_UNCLEAR if matters else Code.EFFORT_KIND_OPEN
             case = {"case": GRAVITY_OPEN[estimate.kind.kind]}
-            notices.insert(0, Notice(code, "motor_torque", texts=case))
+            notices.insert(len(estimate.kind.notices), Notice(code, "motor_torque", texts=case))
             verdict = "doubtful" if matters and verdict == "trusted" else verdict
         if estimate.kind.frictionless:
             parameters = tuple(
                 replace(p, identifiable=p.identifiable and p.key not in FRICTION_KEYS) for p in parameters
             )
-            notices.insert(0, Notice(Code.EFFORT_KIND_OPEN, "motor_torque", texts={"case": "friction"}))
+            said = Notice(Code.EFFORT_KIND_OPEN, "motor_torque", texts={"case": "friction"})
+            notices.insert(len(estimate.kind.notices), said)
     placed = tuple(Parameter(k, v, 0.0, key_named(k).unit) for k, v in fit.values.items() if is_fixed(k))
     rigid_link = rigid_link_notice(estimate.solver, fit, estimate.uncertainty)
     notices += [rigid_link] if rigid_link is not None else []
