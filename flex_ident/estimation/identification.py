@@ -118,7 +118,8 @@ def identify(
 
     `auto` fits a simulation of the link, driven by the recorded motor position, to the recorded torque (and link
     position) by maximum likelihood; a rigid joint is linear and goes through weighted least squares, without MX and MY
-    where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted.
+    where it is `prismatic`. A recording with a notice that doubts, as of other units than SI, is not trusted. Where the
+    link's position was not asked for and leads to nothing, it is the rigid joint that the motor alone shows, if any.
     """
     options = options or IdentifyOptions()
     recording = with_motion_told(recording)
